@@ -1,0 +1,1 @@
+"""What goes aboard: mission, guidance, coordination and the estimators of the team mates."""

@@ -1,0 +1,64 @@
+"""Coordination: the speed that keeps the team at one degree of execution (paper, eqs. 2 and 3)."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from grex_agent.plugin import load_plugin
+from grex_link.config import TeamConfig
+
+
+class SpeedController(Protocol):
+    """A coordination law; one instance serves a craft and its models of the mates."""
+
+    def speed(self, planned_mps: float, own: float, mates: Sequence[float]) -> float:
+        """Order a speed.
+
+        Parameters
+        ----------
+        planned_mps : float
+            Planned speed v' of the present track.
+        own : float
+            Own progress: track number plus Θ.
+        mates : sequence of float
+            Progress of the mates, as far as known.
+
+        Returns
+        -------
+        float
+            Speed over ground, m/s.
+        """
+
+
+class ThetaP:
+    """v_m = v'_m + K Σ (Θ_i − Θ_m), limited to [v_min, v_max] (GREX 2008, eq. 2).
+
+    Θ is the cumulative one: the fractional Θ would jump from 1 to 0 where a craft changes its track.
+
+    Parameters
+    ----------
+    config : TeamConfig
+        Gain and limits.
+    """
+
+    def __init__(self, config: TeamConfig) -> None:
+        self._gain = config.gain_mps
+        self._min = config.speed_min_mps
+        self._max = config.speed_max_mps
+
+    def speed(self, planned_mps: float, own: float, mates: Sequence[float]) -> float:
+        """Order a speed; see `SpeedController`."""
+        wanted = planned_mps + self._gain * (sum(mates) - len(mates) * own)
+        least, most = self._min, self._max
+        return least if wanted < least else most if wanted > most else wanted
+
+
+def quality(own: float, mates: Sequence[float]) -> float:
+    """Quality criterion Q_m = Σ (Θ_i − Θ_m), to be brought to zero for every craft (GREX 2008, eq. 3)."""
+    return sum(mates) - len(mates) * own
+
+
+def load_controller(config: TeamConfig) -> SpeedController:
+    """Build the controller a scenario names."""
+    known = {"theta_p": "grex_agent.coordination:ThetaP"}
+    controller: SpeedController = load_plugin("$.team.controller", config.controller, known)(config)
+    return controller

@@ -1,0 +1,210 @@
+"""The agent as a pure core: fixes and modem events go in, a setpoint, a state and transmissions come out.
+
+At every step the manoeuvre processor finds where the craft stands, the estimator says where the mates stand, the
+controller (eq. 2) orders the speed and the guidance the course. In the own slots a team state is transmitted.
+"""
+
+from typing import Any
+
+from grex_agent.coordination import load_controller, quality
+from grex_agent.guidance import PlaceKeeping, TrackKeeping
+from grex_agent.manoeuvre import ManoeuvreProcessor
+from grex_agent.mission import plan_mission
+from grex_agent.team.interface import Own, Report, TeamContext, load_estimator
+from grex_link import wire
+from grex_link.clock import NS, tick_ns
+from grex_link.config import Scenario
+from grex_link.errors import WireError
+from grex_link.messages import (
+    AgentState,
+    Fix,
+    MateBelief,
+    Message,
+    ModemEvent,
+    Received,
+    Setpoint,
+    Transmit,
+    Truth,
+)
+from grex_link.profile import load_profile
+from grex_link.tdma import plan_schedule
+
+#: (topic, message)
+Output = tuple[str, Message]
+
+
+class AgentCore:
+    """One craft's agent.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The run; of it the agent uses what is known aboard.
+    craft : str
+        Which craft this is.
+
+    Attributes
+    ----------
+    bad_frames : int
+        Datagrams that were no team state of a mate.
+    """
+
+    def __init__(self, scenario: Scenario, craft: str) -> None:
+        self._craft = craft
+        self._team = list(scenario.craft)
+        self._tick_ns = tick_ns(scenario.clock.tick_s)
+        self._fix_timeout_ns = round(scenario.team.fix_timeout_s * NS)
+        plan = plan_mission(scenario)
+        self._plan = plan.craft[craft]
+        self._processor = ManoeuvreProcessor(self._plan)
+        self._guidance = TrackKeeping(scenario.guidance)
+        self._place_keeping = PlaceKeeping(scenario.guidance, scenario.team.speed_max_mps)
+        self._controller = load_controller(scenario.team)
+        self._estimator: Any = load_estimator(TeamContext(craft, plan, scenario, self._controller))
+        self._schedule = plan_schedule(scenario.link, self._team, load_profile(scenario.link.profile))
+        self._slots_until_ns = 0
+        self._fix: Fix | None = None
+        self._events: list[ModemEvent] = []
+        self._on_air: dict[int, wire.TeamState] = {}
+        self._transmissions = 0
+        self._beliefs: list[MateBelief] = []
+        self.bad_frames = 0
+
+    def on_fix(self, fix: Fix) -> None:
+        """Take a fix of the own navigation."""
+        self._fix = fix
+
+    def on_modem(self, event: ModemEvent) -> None:
+        """Take a modem event; it counts at the next step."""
+        self._events.append(event)
+
+    def on_truth(self, truth: Truth) -> None:
+        """Take the true poses: for the bench-only ideal estimator."""
+        self._estimator.see(truth)
+
+    def step(self, tick: int, now_ns: int) -> list[Output]:
+        """Do one step.
+
+        Parameters
+        ----------
+        tick : int
+            Number of the step, as the fix says.
+        now_ns : int
+            Mission time.
+
+        Returns
+        -------
+        list of (topic, message)
+            Transmissions, then the state, then the setpoint, which says how many transmissions there have been.
+        """
+        fix = self._fix
+        if fix is not None and fix.valid:
+            self._processor.follow(fix.north_m, fix.east_m)
+        health = self._navigation_health(now_ns)
+        sent, heard = self._take_events(now_ns)
+        if fix is not None:
+            own = Own(fix.north_m, fix.east_m, self._processor.progress)
+            self._beliefs = self._estimator.step(now_ns / NS, own, sent, heard)
+        mates = [belief.progress for belief in self._beliefs]
+        ordered = self._controller.speed(self._processor.track.speed_mps, self._processor.progress, mates)
+        outputs: list[Output] = []
+        if fix is not None and not health:
+            outputs += self._transmit(fix, now_ns, ordered, health)
+        outputs.append(("state", self._state(tick, now_ns, ordered, mates, health)))
+        outputs.append(("setpoint", self._setpoint(tick, now_ns, ordered, hold=bool(health))))
+        return outputs
+
+    # -- inside -------------------------------------------------------------------------------------------------
+
+    def _navigation_health(self, now_ns: int) -> list[str]:
+        if self._fix is None:
+            return ["no_fix"]
+        if not self._fix.valid:
+            return ["invalid_fix"]
+        return ["stale_fix"] if now_ns - self._fix.t_ns > self._fix_timeout_ns else []
+
+    def _take_events(self, now_ns: int) -> tuple[list[wire.TeamState], list[Report]]:
+        sent: list[wire.TeamState] = []
+        heard: list[Report] = []
+        for arrived in self._events:
+            event = arrived.event
+            if isinstance(event, Received):
+                if report := self._unpack(event, now_ns):
+                    heard.append(report)
+            elif (state := self._on_air.pop(event.ticket, None)) and event.status == "SENT":
+                sent.append(state)
+        self._events.clear()
+        return sent, heard
+
+    def _unpack(self, event: Received, now_ns: int) -> Report | None:
+        try:
+            state = wire.unpack(event.payload, now_ns / NS)
+            place = self._team.index(event.source)
+        except (WireError, ValueError):
+            self.bad_frames += 1
+            return None
+        if event.source == self._craft or place % 16 != state.source or state.track >= len(self._plan.tracks):
+            self.bad_frames += 1
+            return None
+        return Report(event.source, state)
+
+    def _transmit(self, fix: Fix, now_ns: int, speed_mps: float, health: list[str]) -> list[Output]:
+        """Request a transmission for every own slot that opens before the next step."""
+        before_ns = now_ns + self._tick_ns
+        openings = self._schedule.openings(self._craft, max(now_ns, self._slots_until_ns), before_ns)
+        self._slots_until_ns = before_ns
+        outputs: list[Output] = []
+        for t_ns in openings:
+            state = wire.TeamState(
+                source=self._team.index(self._craft),
+                t_s=fix.t_ns / NS,
+                north_m=fix.north_m,
+                east_m=fix.east_m,
+                depth_m=fix.down_m,
+                speed_mps=speed_mps,
+                heading_rad=fix.heading_rad,
+                track=self._processor.number,
+                theta=self._processor.place.theta,
+                sigma_m=fix.sigma_m,
+            )
+            try:
+                payload = wire.pack(state)
+            except WireError:
+                health.append("outside_frame")
+                break
+            # What the mates will read, not what was packed.
+            self._on_air[self._transmissions] = wire.unpack(payload, state.t_s)
+            outputs.append(("modem_tx", Transmit(self._transmissions, t_ns, payload)))
+            self._transmissions += 1
+        return outputs
+
+    def _state(
+        self, tick: int, now_ns: int, ordered_mps: float, mates: list[float], health: list[str]
+    ) -> AgentState:
+        processor = self._processor
+        return AgentState(
+            tick,
+            now_ns,
+            processor.number,
+            processor.place.theta,
+            processor.place.xte_m,
+            processor.track.speed_mps,
+            ordered_mps,
+            quality(processor.progress, mates),
+            self._beliefs,
+            health,
+            self.bad_frames,
+        )
+
+    def _setpoint(self, tick: int, now_ns: int, speed_mps: float, *, hold: bool) -> Setpoint:
+        processor = self._processor
+        track = processor.track
+        course = self._guidance.course(track, processor.place)
+        if self._plan.hold_at_end and processor.last and processor.place.theta >= 1.0 and self._fix is not None:
+            towards = self._place_keeping.steer(self._fix.north_m, self._fix.east_m, track.point(1.0))
+            hold = hold or towards is None
+            course, speed_mps = towards or (course, 0.0)
+        mode = "hold" if hold else "steer"
+        return Setpoint(
+            tick, now_ns, mode, course, 0.0 if hold else speed_mps, track.depth_m, self._transmissions
+        )

@@ -1,0 +1,165 @@
+"""The plan of the team: every craft's tracks, made offline and known to all (paper, sections II.A and V).
+
+A lawnmower turns the formation as a rigid body: on an arc all craft rotate by the same angle about one common centre,
+so that equal Θ gives exactly the desired formation on lines and arcs. Planned speeds differ so that a track takes all
+craft equally long.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from grex_agent.path import Arc, Line, Track
+from grex_link.config import LineConfig, Lawnmower, Scenario, TrackList, Tracks
+from grex_link.errors import ConfigError
+
+NorthEast = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class CraftPlan:
+    """One craft's part of the plan.
+
+    Attributes
+    ----------
+    tracks : tuple of Track
+        In the order in which they are followed.
+    start_depth_m : float
+        Depth at the beginning.
+    hold_at_end : bool
+        Stay at the end of the last track, instead of going straight on.
+    """
+
+    tracks: tuple[Track, ...]
+    start_depth_m: float
+    hold_at_end: bool
+
+    @property
+    def start(self) -> tuple[float, float, float]:
+        """North, east and course at the beginning, metres and radians."""
+        north, east = self.tracks[0].point(0.0)
+        return north, east, self.tracks[0].locate(north, east).course_rad
+
+    def point(self, progress: float) -> NorthEast:
+        """Find the planned point at a progress (track number plus Θ); beyond the last track it goes on."""
+        track = min(max(int(progress), 0), len(self.tracks) - 1)
+        return self.tracks[track].point(progress - track)
+
+
+@dataclass(frozen=True, slots=True)
+class TeamPlan:
+    """The plan of all craft, in the order of the team, and how long it takes."""
+
+    craft: dict[str, CraftPlan]
+    duration_s: float
+
+
+def plan_mission(scenario: Scenario) -> TeamPlan:
+    """Plan a scenario's mission.
+
+    Raises
+    ------
+    ConfigError
+        If a craft would have to leave its speed limits, or tracks do not take all craft equally long.
+    """
+    mission = scenario.mission
+    if isinstance(mission, Lawnmower):
+        plans = {craft: _lawnmower(mission, mission.formation_m[craft]) for craft in scenario.craft}
+        table = "formation_m"
+    else:
+        plans = {craft: _track_list(mission, craft, mission.craft[craft]) for craft in scenario.craft}
+        table = "craft"
+    _check_durations(plans)
+    for craft, plan in plans.items():
+        _check_speeds(scenario, craft, plan, f"$.mission.{table}.{craft}")
+    first = next(iter(plans.values()))
+    return TeamPlan(plans, sum(track.length_m / track.speed_mps for track in first.tracks))
+
+
+def _lawnmower(mission: Lawnmower, place: tuple[float, float, float]) -> CraftPlan:
+    north, east, down = mission.start_ned_m
+    ahead, starboard, below = place
+    tracks: list[Track] = []
+    turn_length_m = math.pi * mission.turn_radius_m
+    for reference, heading, turn in _legs(mission, (north, east)):
+        end = _moved(reference, heading, mission.leg_length_m, 0.0)
+        own_start = _moved(reference, heading, ahead, starboard)
+        own_end = _moved(end, heading, ahead, starboard)
+        tracks.append(Line(own_start, own_end, mission.speed_mps, down + below))
+        if turn:
+            centre = _moved(end, heading, 0.0, math.copysign(mission.turn_radius_m, turn))
+            radius = math.dist(centre, own_end)
+            if radius < 1e-3:
+                raise ConfigError(
+                    "$.mission.turn_radius_m", "a craft of the formation sits on the turning centre; take another radius"
+                )
+            speed = mission.speed_mps * math.pi * radius / turn_length_m
+            tracks.append(Arc(own_end, centre, turn, speed, down + below))
+    return CraftPlan(tuple(tracks), down + below, mission.at_end == "hold")
+
+
+def _legs(mission: Lawnmower, start: NorthEast) -> Iterator[tuple[NorthEast, float, float]]:
+    """Yield start of the reference point, heading, and the turn at the end (0 after the last) of every leg."""
+    heading = math.radians(mission.heading_deg)
+    turn = math.pi if mission.first_turn == "starboard" else -math.pi
+    reference = start
+    for leg in range(mission.legs):
+        yield reference, heading, turn if leg < mission.legs - 1 else 0.0
+        across = math.copysign(2.0 * mission.turn_radius_m, turn)
+        reference = _moved(reference, heading, mission.leg_length_m, across)
+        heading += math.pi
+        turn = -turn
+
+
+def _moved(point: NorthEast, heading: float, ahead: float, starboard: float) -> NorthEast:
+    cos, sin = math.cos(heading), math.sin(heading)
+    return point[0] + ahead * cos - starboard * sin, point[1] + ahead * sin + starboard * cos
+
+
+def _track_list(mission: Tracks, craft: str, listed: TrackList) -> CraftPlan:
+    north, east, depth = listed.start_ned_m
+    at, start_depth = (north, east), depth
+    tracks: list[Track] = []
+    for number, config in enumerate(listed.tracks):
+        path = f"$.mission.craft.{craft}.tracks[{number}]"
+        if isinstance(config, LineConfig):
+            end, depth = config.to_ned_m[:2], config.to_ned_m[2]
+            if math.dist(at, end) < 1e-3:
+                raise ConfigError(f"{path}.to_ned_m", "the track has no length: it ends where it starts")
+            tracks.append(Line(at, end, config.speed_mps, depth))
+        else:
+            if math.dist(at, config.centre_ne_m) < 1e-3 or abs(config.turn_deg) < 1e-3:
+                raise ConfigError(path, "the arc has no length: give it a radius and an angle")
+            tracks.append(Arc(at, config.centre_ne_m, math.radians(config.turn_deg), config.speed_mps, depth))
+        at = tracks[-1].point(1.0)
+    return CraftPlan(tuple(tracks), start_depth, mission.at_end == "hold")
+
+
+def _check_durations(plans: dict[str, CraftPlan]) -> None:
+    """Check that every track takes all craft equally long, so that the team can keep one Θ."""
+    (leader, first), *others = plans.items()
+    for craft, plan in others:
+        if len(plan.tracks) != len(first.tracks):
+            raise ConfigError(
+                f"$.mission.craft.{craft}.tracks", f"{len(plan.tracks)} tracks, but {leader} has {len(first.tracks)}"
+            )
+        for number, (track, reference) in enumerate(zip(plan.tracks, first.tracks, strict=True)):
+            wanted_s = reference.length_m / reference.speed_mps
+            if abs(track.length_m / track.speed_mps - wanted_s) > 0.01 * wanted_s:
+                raise ConfigError(
+                    f"$.mission.craft.{craft}.tracks[{number}].speed_mps",
+                    f"the track takes {track.length_m / track.speed_mps:.1f} s but {wanted_s:.1f} s for {leader}; "
+                    f"{track.length_m / wanted_s:.4g} m/s would do",
+                )
+
+
+def _check_speeds(scenario: Scenario, craft: str, plan: CraftPlan, path: str) -> None:
+    team, surge = scenario.team, scenario.craft[craft].vehicle.surge
+    least, most = max(team.speed_min_mps, surge.min), min(team.speed_max_mps, surge.max)
+    for number, track in enumerate(plan.tracks):
+        if not least <= track.speed_mps <= most:
+            raise ConfigError(
+                path,
+                f"track {number} needs {track.speed_mps:.2f} m/s, outside the craft's {least:g} … {most:g} m/s; "
+                "change the formation, the turn radius or the speed",
+            )

@@ -1,0 +1,39 @@
+"""Loads a user's own estimator or controller by its import path."""
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+from grex_link.errors import ConfigError
+
+
+def load_plugin(path: str, name: str, known: Mapping[str, str]) -> Callable[..., Any]:
+    """Find a class by a known name or by ``package.module:Class``.
+
+    Parameters
+    ----------
+    path : str
+        Where in the scenario the name stands, for the error message.
+    name : str
+        What stands there.
+    known : mapping of str to str
+        Short names and the import paths they stand for.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such thing.
+    """
+    module_name, colon, attribute = known.get(name, name).partition(":")
+    if not colon:
+        raise ConfigError(path, f"{name!r} is not one of {', '.join(known)}, nor your_package.module:YourClass")
+    try:
+        found: Any = getattr(import_module(module_name), attribute)
+    except ImportError as error:
+        raise ConfigError(path, f"cannot import {module_name!r}: {error}") from None
+    except AttributeError:
+        raise ConfigError(path, f"module {module_name!r} has no {attribute!r}") from None
+    if not callable(found):
+        raise ConfigError(path, f"{name!r} is not a class")
+    found_class: Callable[..., Any] = found
+    return found_class

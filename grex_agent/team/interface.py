@@ -1,0 +1,109 @@
+"""What an estimator of the team mates is: one method, called at every step."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from grex_agent.coordination import SpeedController
+from grex_agent.mission import TeamPlan
+from grex_agent.plugin import load_plugin
+from grex_link.config import Scenario
+from grex_link.messages import MateBelief, Truth
+from grex_link.wire import TeamState
+
+KNOWN = {
+    "none": "grex_agent.team.baseline:Unaware",
+    "ideal": "grex_agent.team.baseline:Ideal",
+    "first_level": "grex_agent.team.planar:FirstLevel",
+    "second_level": "grex_agent.team.planar:SecondLevel",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class TeamContext:
+    """What an estimator is built from; all of it is known aboard before the mission.
+
+    Attributes
+    ----------
+    craft : str
+        The craft it runs on.
+    plan : TeamPlan
+        The plan of everybody, in the order of the team.
+    scenario : Scenario
+        Parameters of guidance, team and Kalman filters.
+    controller : SpeedController
+        The coordination law, for models of the mates.
+    """
+
+    craft: str
+    plan: TeamPlan
+    scenario: Scenario
+    controller: SpeedController
+
+
+class Own(NamedTuple):
+    """The craft's own state as its navigation knows it: position in metres NED, progress = track number plus Θ."""
+
+    north_m: float
+    east_m: float
+    progress: float
+
+
+class Report(NamedTuple):
+    """A team state and whose it is; `TeamState.t_s` tells when it was valid."""
+
+    craft: str
+    state: TeamState
+
+
+class TeamEstimator(Protocol):
+    """An estimator of the team mates.
+
+    A class of yours with this one method plugs in as ``team.estimator = "your_package.module:YourEstimator"``. It is
+    built with a `TeamContext`.
+    """
+
+    def step(
+        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
+    ) -> list[MateBelief]:
+        """Advance to a time and say what is believed then.
+
+        Parameters
+        ----------
+        now_s : float
+            Mission time, seconds; it never decreases.
+        own : Own
+            The own state now.
+        sent : sequence of TeamState
+            Own messages, as packed, of which the modem has said since the last step that they have left.
+        heard : sequence of Report
+            Messages that have arrived since the last step; late, and not necessarily in order.
+
+        Returns
+        -------
+        list of MateBelief
+            In the order of the team. A mate of whom nothing is believed is left out, and not waited for.
+        """
+
+
+class OracleEstimator(TeamEstimator, Protocol):
+    """An estimator that may see the truth; for the bench only (the paper's case b)."""
+
+    def see(self, truth: Truth) -> None:
+        """Take the true poses of this step."""
+
+
+def needs_oracle(scenario: Scenario) -> bool:
+    """Whether the scenario's estimator reads the truth; the bench then gives it to the agents."""
+    return scenario.team.estimator == "ideal"
+
+
+def load_estimator(context: TeamContext) -> TeamEstimator:
+    """Build the estimator a scenario names."""
+    build = load_plugin("$.team.estimator", context.scenario.team.estimator, KNOWN)
+    estimator: TeamEstimator = build(context)
+    if not hasattr(estimator, "step"):
+        from grex_link.errors import ConfigError
+
+        raise ConfigError("$.team.estimator", f"{context.scenario.team.estimator!r} has no method 'step'")
+    return estimator

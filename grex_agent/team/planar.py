@@ -1,0 +1,107 @@
+"""The paper's estimators: one Kalman filter a mate (case c), and what the mates think of oneself besides (case d)."""
+
+from collections.abc import Sequence
+
+from grex_agent.guidance import TrackKeeping
+from grex_agent.team.interface import Own, Report, TeamContext
+from grex_agent.team.kalman import PlanarModel, Recalculation
+from grex_agent.team.mate import MateFilter
+from grex_link.messages import MateBelief
+from grex_link.wire import TeamState
+
+
+class FirstLevel:
+    """One estimator a mate; inside them the mates are taken to know the own present position (GREX 2008, case c).
+
+    Parameters
+    ----------
+    context : TeamContext
+        Plan and parameters.
+    """
+
+    def __init__(self, context: TeamContext) -> None:
+        scenario = context.scenario
+        self._guidance = TrackKeeping(scenario.guidance)
+        self._model = PlanarModel(scenario.team.kalman)
+        self._recalculation = Recalculation(self._model)
+        self._context = context
+        self._mates = {craft: self._filter(craft) for craft in context.plan.craft if craft != context.craft}
+
+    def step(
+        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
+    ) -> list[MateBelief]:
+        """Advance, work in what was heard, and say what is believed; see `TeamEstimator`."""
+        del sent
+        self._advance(now_s, heard)
+        self._drive([own.progress] * len(self._mates))
+        return self._beliefs(now_s)
+
+    def _filter(self, craft: str) -> MateFilter:
+        scenario = self._context.scenario
+        return MateFilter(
+            self._context.plan.craft[craft],
+            self._guidance,
+            self._context.controller,
+            self._model,
+            self._recalculation,
+            scenario.team.kalman.memory_s,
+            scenario.clock.tick_s,
+        )
+
+    def _advance(self, now_s: float, heard: Sequence[Report]) -> None:
+        for mate in self._mates.values():
+            mate.advance(now_s)
+        for report in heard:
+            self._mates[report.craft].correct(report.state)
+
+    def _drive(self, own_as_seen: Sequence[float]) -> None:
+        """Tell every mate's model how far the others are; `own_as_seen` is the own progress in the eyes of each."""
+        progress = [mate.progress for mate in self._mates.values()]
+        for place, mate in enumerate(self._mates.values()):
+            mate.drive([own_as_seen[place], *progress[:place], *progress[place + 1 :]])
+
+    def _beliefs(self, now_s: float) -> list[MateBelief]:
+        return [
+            MateBelief(
+                craft,
+                mate.state.north,
+                mate.state.east,
+                mate.progress,
+                sigma_m=mate.state.pp**0.5,
+                age_s=mate.age_s(now_s),
+            )
+            for craft, mate in self._mates.items()
+        ]
+
+
+class SecondLevel(FirstLevel):
+    """Besides, for every mate, an estimator of what that mate believes about oneself (GREX 2008, case d).
+
+    It is corrected only by the own messages, at the moment the modem says that they have left: that is when the mates
+    have them, if they have them.
+
+    Parameters
+    ----------
+    context : TeamContext
+        Plan and parameters.
+    """
+
+    def __init__(self, context: TeamContext) -> None:
+        super().__init__(context)
+        self._own_as_seen = [self._filter(context.craft) for _ in self._mates]
+
+    def step(
+        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
+    ) -> list[MateBelief]:
+        """Advance, work in what was heard and sent, and say what is believed; see `TeamEstimator`."""
+        del own
+        self._advance(now_s, heard)
+        for own_as_seen in self._own_as_seen:
+            own_as_seen.advance(now_s)
+            for state in sent:
+                own_as_seen.correct(state)
+        self._drive([own_as_seen.progress for own_as_seen in self._own_as_seen])
+        everybody = [mate.progress for mate in self._mates.values()]
+        for own_as_seen in self._own_as_seen:
+            own_as_seen.drive(everybody)
+        return self._beliefs(now_s)

@@ -1,0 +1,1 @@
+"""What lies between the craft: the contracts, the bus, and the water."""

@@ -1,0 +1,265 @@
+"""The bus: Zenoh between processes, or a queue inside one. The only module that knows Zenoh.
+
+The simulator's session is the router (no daemon is needed), all others are clients with explicit endpoints. Multicast
+scouting, gossip and shared memory are off. A participant declares its subscribers first and its liveliness token last,
+so whoever sees the token knows that nothing put from then on is missed.
+"""
+
+import json
+import os
+import queue
+import random
+from collections import Counter, deque
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Any, Self
+
+# One Rust receive thread is enough and wakes faster; read when zenoh opens its first session.
+os.environ.setdefault("ZENOH_RUNTIME", "(rx:(worker_threads:1))")
+
+import msgspec
+import structlog
+import zenoh
+
+from grex_link import clock
+from grex_link.config import Scenario
+from grex_link.errors import BusError
+from grex_link.messages import Message, Presence
+from grex_link.node import Node
+from grex_link.scenario import fingerprint
+from grex_link.topics import TOPICS, Role, key, presence_key, subscriptions
+
+DEFAULT_ENDPOINTS = ("tcp/127.0.0.1:7447",)
+_RETRY_S = 0.1
+_log = structlog.get_logger()
+
+#: (topic, craft, message)
+Envelope = tuple[str, str, Any]
+
+
+def session_config(
+    *, router: bool, endpoints: Sequence[str], lockstep: bool, connect_timeout_s: float = 1.0
+) -> zenoh.Config:
+    """Session configuration of a participant; see the module's docstring.
+
+    In lockstep a slow reader stalls the writer for as long as it takes, at live paces for half a second at most.
+    """
+    config: dict[str, Any] = {
+        "mode": "router" if router else "client",
+        "listen": {"endpoints": list(endpoints) if router else []},
+        "connect": {"endpoints": []},
+        "scouting": {"delay": 0, "multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {
+            "shared_memory": {"enabled": False},
+            "link": {
+                "tx": {
+                    "lease": 2000,
+                    "queue": {
+                        "congestion_control": {"block": {"wait_before_close": 600_000_000 if lockstep else 500_000}}
+                    },
+                }
+            },
+        },
+    }
+    if not router:
+        config["connect"] = {
+            "endpoints": list(endpoints),
+            "timeout_ms": int(connect_timeout_s * 1000),
+            "exit_on_failure": True,
+            "retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2},
+        }
+    return zenoh.Config.from_json5(json.dumps(config))
+
+
+def open_session(scenario: Scenario, *, router: bool) -> zenoh.Session:
+    """Open a session, waiting for the router if this is a client.
+
+    Raises
+    ------
+    BusError
+        If the endpoint cannot be listened on, or nobody answers there within the start timeout.
+    """
+    endpoints = scenario.bus.endpoints or DEFAULT_ENDPOINTS
+    config = session_config(router=router, endpoints=endpoints, lockstep=scenario.clock.pace == "lockstep")
+    deadline = clock.monotonic_s() + scenario.clock.start_timeout_s
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError as error:
+            where = ", ".join(endpoints)
+            if router:
+                raise BusError(
+                    f"$.bus.endpoints: cannot listen on {where} (in use, or no such address); choose another port"
+                ) from error
+            if clock.monotonic_s() > deadline:
+                raise BusError(
+                    f"$.bus.endpoints: nobody answers at {where}; start the simulator, or correct the endpoint"
+                ) from None
+            clock.sleep_s(_RETRY_S)
+
+
+class ZenohBus:
+    """One participant's place on the bus between processes.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Names the team, the endpoints and the pace.
+    role : str
+        ``agent``, ``link`` or ``sim``.
+    who : str
+        Its place: the craft's name for an agent, else the role.
+    """
+
+    def __init__(self, scenario: Scenario, role: Role, who: str) -> None:
+        self._team = scenario.team.name
+        self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._encode = msgspec.msgpack.Encoder().encode
+        self._routes: dict[str, tuple[str, str, msgspec.msgpack.Decoder[Any]]] = {}
+        self._publishers: dict[tuple[str, str], zenoh.Publisher] = {}
+        self._block = scenario.clock.pace == "lockstep"
+        self.bad_payloads: Counter[str] = Counter()
+        self._session = open_session(scenario, router=role == "sim")
+        into_inbox = zenoh.handlers.Callback(self._inbox.put, indirect=False)
+        self._declared: list[Any] = [
+            self._session.declare_subscriber(key(self._team, topic, craft), into_inbox,
+                                             allowed_origin=zenoh.Locality.REMOTE)
+            for topic, craft in subscriptions(role, who)
+        ]  # fmt: skip
+        liveliness = self._session.liveliness()
+        watched = "*" if role == "sim" else "sim"
+        self._declared.append(
+            liveliness.declare_subscriber(presence_key(self._team, watched, "*"), into_inbox, history=True)
+        )
+        self._declared.append(
+            liveliness.declare_token(presence_key(self._team, who, fingerprint(scenario)))
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def put(self, topic: str, craft: str, message: Message) -> None:
+        """Write a message to a topic. In lockstep it is never dropped."""
+        publisher = self._publishers.get((topic, craft))
+        if publisher is None:
+            publisher = self._publishers[topic, craft] = self._session.declare_publisher(
+                key(self._team, topic, craft),
+                express=TOPICS[topic].flush,
+                congestion_control=zenoh.CongestionControl.BLOCK
+                if self._block or TOPICS[topic].rate == "event"
+                else zenoh.CongestionControl.DROP,
+            )
+        publisher.put(self._encode(message))
+
+    def receive(self, timeout_s: float | None) -> Envelope | None:
+        """Take the next message, waiting `timeout_s` wall seconds at most; None if there was none."""
+        try:
+            sample = self._inbox.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
+        name = str(sample.key_expr)
+        route = self._routes.get(name) or self._route(name)
+        if route[0] == "presence":
+            alive = sample.kind == zenoh.SampleKind.PUT
+            return "presence", route[1], Presence(route[1], alive, name.rpartition("/")[2])
+        try:
+            return route[0], route[1], route[2].decode(sample.payload.to_bytes())
+        except msgspec.DecodeError as error:
+            self.bad_payloads[name] += 1
+            if self.bad_payloads[name] == 1:
+                _log.warning("dropped a message that does not decode", key=name, error=str(error))
+            return None
+
+    def close(self) -> None:
+        """Leave the bus. A close that times out on a loaded machine is not worth an error."""
+        try:
+            self._session.close()
+        except zenoh.ZError as error:
+            _log.warning("the bus did not close in time", error=str(error))
+
+    def _route(self, name: str) -> tuple[str, str, msgspec.msgpack.Decoder[Any]]:
+        below = name.removeprefix(f"grex/{self._team}/")
+        craft, _, rest = below.partition("/")
+        route = ("presence", rest.partition("/")[0], msgspec.msgpack.Decoder(Presence))
+        for topic in TOPICS.values():
+            if topic.key in {below, "{craft}/" + rest}:
+                route = (topic.name, craft if topic.per_craft else "", msgspec.msgpack.Decoder(topic.type))
+        self._routes[name] = route
+        return route
+
+
+class MemoryBus:
+    """All participants in one process: a queue of messages and a table of readers."""
+
+    def __init__(self) -> None:
+        self._queue: deque[tuple[Node, Envelope]] = deque()
+        self._readers: dict[tuple[str, str], list[Node]] = {}
+        self._present: list[tuple[Node, str, str, Role]] = []
+
+    def join(self, node: Node, scenario: Scenario, role: Role, who: str) -> None:
+        """Add a participant; the simulator sees everyone appear, everyone sees the simulator."""
+        for topic, craft in subscriptions(role, who):
+            for name in scenario.craft if craft == "*" else [craft]:
+                self._readers.setdefault((topic, name), []).append(node)
+        self._present.append((node, who, fingerprint(scenario), role))
+
+    def announce(self) -> None:
+        """Let everybody appear, once all have joined."""
+        for reader, _, _, role in self._present:
+            for _, who, scenario, _ in self._present:
+                if role == "sim" or who == "sim":
+                    self._queue.append((reader, ("presence", who, Presence(who, alive=True, scenario=scenario))))
+
+    def put(self, topic: str, craft: str, message: Message) -> None:
+        """Write a message to a topic."""
+        for node in self._readers.get((topic, craft), ()):
+            self._queue.append((node, (topic, craft, message)))
+
+    def run(self) -> None:
+        """Hand out messages until every participant is done, or nothing can happen any more."""
+        nodes = [node for node, *_ in self._present]
+        pending = self._queue
+        while True:
+            while pending:
+                node, (topic, craft, message) = pending.popleft()
+                node.handle(topic, craft, message)
+            if all(node.done for node in nodes) or not _wait_for_deadline(nodes):
+                return
+
+
+def _wait_for_deadline(nodes: Sequence[Node]) -> bool:
+    """Sleep until the first deadline of any node and let it act; False if there is none."""
+    waits = [(wait, node) for node in nodes if not node.done and (wait := node.wall_s_to_deadline()) is not None]
+    if not waits:
+        return False
+    wait, node = min(waits, key=lambda entry: entry[0])
+    clock.sleep_s(wait)
+    node.on_deadline()
+    return True
+
+
+def serve(bus: ZenohBus, node: Node, chaos_delay_s: float = 0.0) -> None:
+    """Drive one node on its bus until it is done.
+
+    Parameters
+    ----------
+    bus : ZenohBus
+        Its place on the bus.
+    node : Node
+        The participant.
+    chaos_delay_s : float
+        Longest random sleep before each message (see `ClockConfig.chaos_delay_s`).
+    """
+    while not node.done:
+        envelope = bus.receive(node.wall_s_to_deadline())
+        if chaos_delay_s:
+            clock.sleep_s(random.uniform(0.0, chaos_delay_s))  # noqa: S311 - no cryptography, and no result depends on it
+        if envelope is not None:
+            node.handle(*envelope)
+        else:
+            node.on_deadline()

@@ -1,0 +1,255 @@
+"""The scenario: one TOML file, one frozen Struct, units in the field docs, bounds in the types.
+
+Only what a field can say by itself is checked here; what needs the geometry of the mission is checked where that is
+computed. Every fault is a `ConfigError` of one line that names the path.
+"""
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
+NonNegative = Annotated[float, Meta(ge=0.0, le=1e9)]
+Finite = Annotated[float, Meta(ge=-1e9, le=1e9)]
+Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
+Name = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
+ImportPath = Annotated[str, Meta(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$")]
+
+
+class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of every table of a scenario."""
+
+
+class ClockConfig(Config):
+    """How mission time passes."""
+
+    tick_s: Annotated[float, Meta(ge=0.01, le=10.0)] = 1.0
+    """Length of a step of the whole team, seconds."""
+    pace: Literal["lockstep", "live"] | Annotated[float, Meta(gt=0.0, le=1000.0)] = "lockstep"
+    """``lockstep``: as fast as possible, nothing lost; ``live``: wall clock; a number: that many times the wall clock."""
+    start_timeout_s: Positive = 60.0
+    """Wall seconds everybody has to appear on the bus."""
+    barrier_timeout_s: Positive = 20.0
+    """Lockstep: wall seconds a participant may be silent before it is named as hung."""
+    chaos_delay_s: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.0
+    """Every process sleeps a random time up to this before each message it handles: proves that order does not matter."""
+
+
+class BusConfig(Config):
+    """Where the participants meet."""
+
+    endpoints: Annotated[tuple[Annotated[str, Meta(pattern=r"^(tcp|unixsock-stream)/.+")], ...], Meta(max_length=4)] = ()
+    """Zenoh endpoints the simulator listens on and all others connect to.
+    Empty: ``grex run`` takes a free local port; by hand it is ``tcp/127.0.0.1:7447``."""
+
+
+class KalmanConfig(Config):
+    """The paper's planar model of a mate (eqs. 6–11)."""
+
+    velocity_transfer_per_s: Positive = 1.0
+    """K_v, 1/s."""
+    position_process_sigma_m: NonNegative = 0.02
+    """Process noise of each position per second of model time, metres."""
+    velocity_process_sigma_mps: NonNegative = 0.05
+    """Process noise of each velocity per second of model time, m/s."""
+    fix_sigma_m: Positive = 0.1
+    """Noise of a mate's reported position, metres."""
+    memory_s: Annotated[float, Meta(ge=10.0, le=3600.0)] = 300.0
+    """How old a message may be and still be worked in, seconds."""
+
+
+class TeamConfig(Config):
+    """The team as a whole and how it coordinates."""
+
+    name: Name = "grex"
+    """Second part of every key on the bus."""
+    estimator: ImportPath = "second_level"
+    """``none``, ``ideal``, ``first_level``, ``second_level`` or ``your_package.module:YourEstimator``."""
+    controller: ImportPath = "theta_p"
+    """``theta_p`` (eq. 2) or ``your_package.module:YourController``."""
+    gain_mps: NonNegative = 0.8
+    """K of eq. (2): m/s per unit of Θ."""
+    speed_min_mps: NonNegative = 0.3
+    """Lowest speed the controller may order (depth control needs some)."""
+    speed_max_mps: Positive = 3.0
+    """Highest speed the controller may order."""
+    fix_timeout_s: Positive = 5.0
+    """A fix older than this is stale: the craft holds until there is a new one."""
+    kalman: KalmanConfig = KalmanConfig()
+
+
+class GuidanceConfig(Config):
+    """Track keeping (P) and keeping of a place (P)."""
+
+    cross_track_gain_rad_per_m: NonNegative = 0.05
+    correction_max_rad: Annotated[float, Meta(ge=0.0, le=1.5)] = 0.8
+    curvature_feedforward: NonNegative = 1.0
+    """Share of the heading loop's lag that is led on arcs."""
+    heading_lag_s: NonNegative = 2.0
+    """Time constant of the heading loop that the feed-forward assumes, seconds."""
+    distance_gain_per_s: NonNegative = 0.1
+    """Speed towards a place per metre of distance, 1/s."""
+    arrival_radius_m: Positive = 2.0
+    """Within this distance a place is kept by stopping."""
+
+
+class Lawnmower(Config, tag="lawnmower"):
+    """The coordinated lawnmower: parallel legs joined by half circles, turned as a rigid body."""
+
+    formation_m: dict[Name, tuple[Finite, Finite, Finite]]
+    """For each craft its place in the formation: ahead, starboard, below the reference point, metres."""
+    legs: Annotated[int, Meta(ge=1, le=200)] = 8
+    leg_length_m: Positive = 400.0
+    turn_radius_m: Positive = 65.0
+    """Radius of the reference point's half circles."""
+    speed_mps: Positive = 1.0
+    """Planned speed over ground of the reference point."""
+    heading_deg: Annotated[float, Meta(ge=-360.0, le=360.0)] = 0.0
+    """Direction of the first leg, clockwise from north."""
+    start_ned_m: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+    """Where the reference point begins."""
+    first_turn: Literal["starboard", "port"] = "starboard"
+    at_end: Literal["continue", "hold"] = "continue"
+    """After the last track: go straight on, or stay at its end."""
+
+
+class LineConfig(Config, tag="line"):
+    """A straight track from where the last one ended."""
+
+    to_ned_m: tuple[Finite, Finite, Finite]
+    speed_mps: Positive
+
+
+class ArcConfig(Config, tag="arc"):
+    """A track on a circle about a centre, from where the last one ended."""
+
+    centre_ne_m: tuple[Finite, Finite]
+    turn_deg: Annotated[float, Meta(ge=-350.0, le=350.0)]
+    """Positive to starboard."""
+    speed_mps: Positive
+
+
+class TrackList(Config):
+    """One craft's explicit tracks."""
+
+    start_ned_m: tuple[Finite, Finite, Finite]
+    tracks: Annotated[tuple[LineConfig | ArcConfig, ...], Meta(min_length=1, max_length=255)]
+
+
+class Tracks(Config, tag="tracks"):
+    """Explicit tracks; every craft has the same number, and a track takes all of them equally long."""
+
+    craft: dict[Name, TrackList]
+    at_end: Literal["continue", "hold"] = "continue"
+
+
+class SlotConfig(Config):
+    """One slot of the TDMA cycle."""
+
+    craft: Name
+    start_s: NonNegative
+    length_s: Positive
+
+
+class LinkConfig(Config):
+    """The water between the craft, and who may speak when."""
+
+    profile: Name = "grex2008"
+    """Name of a modem profile."""
+    loss: Probability = 0.0
+    """Probability that a datagram is lost on the way to one receiver."""
+    seed: Annotated[int, Meta(ge=0)] | None = None
+    """Seed of the link's draws; the scenario's seed if left out."""
+    slots: tuple[SlotConfig, ...] = ()
+    """The TDMA slots; empty: one slot as long as a message needs, for each craft in turn."""
+    cycle_s: Positive | None = None
+    """Length of the cycle; the end of the last slot if left out."""
+
+
+class SeaConfig(Config):
+    """What the water does to the craft."""
+
+    current_ned_mps: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+    """The true current."""
+    known_current_ned_mps: tuple[Finite, Finite, Finite] | None = None
+    """The current the craft compensate; the true one if left out."""
+
+
+class Loop(Config):
+    """A first-order lag with limits on value and rate (paper, Fig. 5); units are those of the state."""
+
+    lag_s: NonNegative
+    min: Finite
+    max: Finite
+    rate_max: Positive
+    """Largest change a second."""
+
+
+class VehicleConfig(Config):
+    """A simulated craft: four loops, a depth controller and what is wrong with its thrusters."""
+
+    roll: Loop = Loop(lag_s=1.0, min=-0.5, max=0.5, rate_max=0.5)
+    pitch: Loop = Loop(lag_s=1.5, min=-0.5, max=0.5, rate_max=0.2)
+    heading: Loop = Loop(lag_s=2.0, min=-1e9, max=1e9, rate_max=0.35)
+    """Its value limits are meaningless and ignored; the heading wraps."""
+    surge: Loop = Loop(lag_s=2.0, min=0.3, max=3.0, rate_max=0.2)
+    depth_gain_rad_per_m: NonNegative = 0.05
+    """Pitch ordered per metre of depth error."""
+    speed_error_relative: Annotated[float, Meta(ge=-0.9, le=2.0)] = 0.0
+    """The surge actuator gives (1 + this) times what is ordered."""
+    speed_error_mps: Finite = 0.0
+    """And this much more."""
+
+
+class NavigationConfig(Config):
+    """Error of a craft's own navigation: offset, white noise, and an error that grows (paper, Fig. 4)."""
+
+    offset_ned_m: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+    white_m: NonNegative = 0.0
+    """Standard deviation of white noise on north and east each, metres."""
+    drift_ned_mps: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+
+
+class SimFrontseat(Config, tag="sim"):
+    """The craft is a simulated one."""
+
+
+class EmulatedModem(Config, tag="emulated"):
+    """The modem is the emulator."""
+
+
+class CraftConfig(Config):
+    """One craft of the team."""
+
+    frontseat: SimFrontseat = SimFrontseat()
+    modem: EmulatedModem = EmulatedModem()
+    vehicle: VehicleConfig = VehicleConfig()
+    navigation: NavigationConfig = NavigationConfig()
+
+
+class ScoreConfig(Config):
+    """Weights of the formation deviation (eq. 5)."""
+
+    distance: Probability = 1.0
+    angle: Probability = 1.0
+    xte: Probability = 1.0
+
+
+class Scenario(Config, kw_only=True):
+    """Everything a run depends on."""
+
+    title: str = ""
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 1
+    duration_s: Positive | None = None
+    """Length of the run; the mission's planned duration if left out."""
+    clock: ClockConfig = ClockConfig()
+    bus: BusConfig = BusConfig()
+    team: TeamConfig = TeamConfig()
+    guidance: GuidanceConfig = GuidanceConfig()
+    mission: Lawnmower | Tracks
+    link: LinkConfig = LinkConfig()
+    sea: SeaConfig = SeaConfig()
+    score: ScoreConfig = ScoreConfig()
+    craft: Annotated[dict[Name, CraftConfig], Meta(min_length=1, max_length=200)]
+    """The team, in the order of the formation polygon: lines between neighbours do not cross (paper, Fig. 3)."""

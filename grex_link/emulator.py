@@ -1,0 +1,147 @@
+"""The link process's node: feeds the medium with requests and poses, hands out what comes of them."""
+
+from typing import Any
+
+from grex_link.clock import NS, WallClock, tick_ns
+from grex_link.config import Scenario
+from grex_link.errors import FaultError
+from grex_link.medium import Due, Medium, SlotMedium
+from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Step, Transmit, Truth
+from grex_link.node import Outlet
+from grex_link.profile import load_profile
+
+
+def make_medium(scenario: Scenario) -> Medium:
+    """Build the medium a scenario asks for."""
+    link = scenario.link
+    seed = scenario.seed if link.seed is None else link.seed
+    return SlotMedium(load_profile(link.profile), list(scenario.craft), link.loss, seed)
+
+
+class Emulator:
+    """The link as a node of the bus.
+
+    In lockstep it works through complete ticks as the hub hands them over: it waits until it has every transmission
+    that was counted, sorts them, and reports which modem events have become final. At the live paces it takes requests
+    as they come and hands out events when their time has come.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The run.
+    outlet : Outlet
+        The bus.
+    """
+
+    def __init__(self, scenario: Scenario, outlet: Outlet) -> None:
+        self.done = False
+        self._outlet = outlet
+        self._medium = make_medium(scenario)
+        self._team = list(scenario.craft)
+        self._tick_ns = tick_ns(scenario.clock.tick_s)
+        self._pace = scenario.clock.pace
+        self._requests: dict[str, dict[int, Transmit]] = {craft: {} for craft in self._team}
+        self._taken = dict.fromkeys(self._team, 0)
+        self._steps: list[Step] = []
+        self._sent = dict.fromkeys(self._team, 0)
+        self._clock: WallClock | None = None
+
+    def handle(self, topic: str, craft: str, message: Any) -> None:
+        """Take one message from the bus."""
+        if topic == "modem_tx":
+            self._request(craft, message)
+        elif topic == "advance":
+            self._advance(message)
+        elif topic == "truth":
+            self._place(message)
+        elif topic == "clock":
+            self._on_clock(message)
+        elif topic == "presence":
+            self._on_presence(message)
+
+    def wall_s_to_deadline(self) -> float | None:
+        """Wall seconds until the next modem event is due; live paces only."""
+        due_ns = self._medium.next_event_ns()
+        return None if self._clock is None or due_ns is None else self._clock.wall_s_until(due_ns)
+
+    def on_deadline(self) -> None:
+        """Hand out the modem events whose time has come."""
+        if self._clock is not None:
+            self._hand_out(-1, self._clock.now_ns() + 1, self._clock.now_ns() + 1)
+
+    # -- lockstep -----------------------------------------------------------------------------------------------
+
+    def _advance(self, message: Advance) -> None:
+        self._steps += message.steps
+        self._work()
+
+    def _work(self) -> None:
+        """Work through every tick that is complete, and report once."""
+        through = None
+        while self._steps and self._complete(self._steps[0]):
+            step = self._steps.pop(0)
+            self._medium.place(step.truth)
+            for craft, request in self._in_order(step):
+                self._medium.transmit(craft, request)
+            through = step.truth
+        if through is not None:
+            next_tick_ns = through.t_ns + self._tick_ns
+            self._hand_out(through.tick, next_tick_ns + self._medium.lookahead_ns, next_tick_ns)
+
+    def _complete(self, step: Step) -> bool:
+        return all(
+            seq in self._requests[craft]
+            for craft, total in zip(self._team, step.transmissions, strict=True)
+            for seq in range(self._taken[craft], total)
+        )
+
+    def _in_order(self, step: Step) -> list[tuple[str, Transmit]]:
+        """Take the tick's requests in the order of (start, place in the team, number)."""
+        requests = []
+        for place, (craft, total) in enumerate(zip(self._team, step.transmissions, strict=True)):
+            for seq in range(self._taken[craft], total):
+                request = self._requests[craft].pop(seq)
+                requests.append((request.t_ns, place, seq, request))
+            self._taken[craft] = total
+        return [(self._team[place], request) for _, place, _, request in sorted(requests, key=lambda r: r[:3])]
+
+    # -- both ---------------------------------------------------------------------------------------------------
+
+    def _request(self, craft: str, request: Transmit) -> None:
+        if self._pace == "lockstep":
+            self._requests[craft][request.seq] = request
+            self._work()
+        else:
+            self._medium.transmit(craft, request)
+
+    def _place(self, truth: Truth) -> None:
+        if self._pace != "lockstep":
+            self._medium.place(truth)
+
+    def _hand_out(self, tick: int, events_before_ns: int, log_before_ns: int) -> None:
+        events = self._medium.events(events_before_ns)
+        log = self._medium.log(log_before_ns)
+        times: list[list[int]] = [[] for _ in self._team]
+        for t_ns, craft, event in events:
+            self._publish((t_ns, craft, event))
+            times[self._team.index(craft)].append(t_ns)
+        if tick >= 0 or log or events:
+            self._outlet.put("report", "", LinkReport(tick, times, log))
+
+    def _publish(self, due: Due) -> None:
+        t_ns, craft, event = due
+        self._outlet.put("modem_rx", craft, ModemEvent(self._sent[craft], t_ns, event))
+        self._sent[craft] += 1
+
+    def _on_clock(self, message: Clock) -> None:
+        if message.phase == "bye":
+            self.done = True
+        elif self._pace != "lockstep":
+            self._clock = WallClock(1.0 if self._pace == "live" else float(self._pace), message.epoch_unix_ns)
+
+    def _on_presence(self, message: Presence) -> None:
+        if message.who == "sim" and not message.alive and not self.done:
+            raise FaultError("sim", "left the bus without saying goodbye", self._now_s())
+
+    def _now_s(self) -> float | None:
+        return None if self._clock is None else self._clock.now_ns() / NS

@@ -1,0 +1,194 @@
+"""The messages on the bus, one Struct each; units and frames are in the field docs.
+
+Frame: NED about the mission datum – north, east and down in metres, angles in radians clockwise from north.
+Mission time is integer nanoseconds since the start of the mission. A *tick* is the number of a step of the team.
+"""
+
+from typing import Literal
+
+import msgspec
+
+
+class Message(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=False):
+    """Base of everything that travels on the bus."""
+
+
+class Fix(Message):
+    """Frontseat → agent: where the craft is, as its own navigation knows it."""
+
+    tick: int
+    t_ns: int
+    """Mission time at which the fix was valid."""
+    north_m: float
+    east_m: float
+    down_m: float
+    heading_rad: float
+    """Direction of the bow, [-π, π)."""
+    speed_mps: float
+    """Speed through the water."""
+    sigma_m: float
+    """Standard deviation claimed for each horizontal axis."""
+    valid: bool = True
+    modem_events: int = 0
+    """Lockstep: how many modem events the agent must have, counted from the start, before it may act on this."""
+
+
+class Setpoint(Message):
+    """Agent → frontseat: what the craft should do until the next one."""
+
+    tick: int
+    t_ns: int
+    mode: Literal["steer", "hold"]
+    """``steer``: follow course, speed and depth. ``hold``: stop and keep the depth."""
+    course_rad: float
+    """Wanted course over ground."""
+    speed_mps: float
+    """Wanted speed over ground."""
+    depth_m: float
+    transmissions: int = 0
+    """How many transmissions the agent has requested since the start, this step's included."""
+
+
+class Transmit(Message, tag="transmit"):
+    """Agent → modem: send one datagram to everyone."""
+
+    seq: int
+    """Number of the request, counted from 0 for each craft; also its ticket."""
+    t_ns: int
+    """Mission time at which the transmission shall start (the opening of the slot)."""
+    payload: bytes
+
+
+class Received(Message, tag="received"):
+    """Modem event: a datagram has arrived whole."""
+
+    source: str
+    payload: bytes
+
+
+class TxEvent(Message, tag="tx_event"):
+    """Modem event: what became of an own transmission.
+
+    ``SENT`` says that it has left, never that anybody has it: a broadcast has no acknowledgement.
+    """
+
+    ticket: int
+    status: Literal["SENT", "FAILED"]
+    reason: str = ""
+
+
+class ModemEvent(Message):
+    """Modem → agent: one event, numbered for each craft from 0 in the order of its time."""
+
+    seq: int
+    t_ns: int
+    event: Received | TxEvent
+
+
+class MateBelief(Message):
+    """What a craft believes about one team mate."""
+
+    craft: str
+    north_m: float
+    east_m: float
+    progress: float
+    """Track number plus degree of execution Θ (eq. 1)."""
+    sigma_m: float
+    """Standard deviation of each horizontal axis; 0 when the estimator claims none."""
+    age_s: float
+    """Age of the newest information in it, seconds; -1 when there has been none."""
+
+
+class AgentState(Message):
+    """Agent → bench: what the agent believes and does; nothing aboard reads it."""
+
+    tick: int
+    t_ns: int
+    track: int
+    theta: float
+    """Degree of execution of the present track (eq. 1)."""
+    xte_m: float
+    """Cross-track error, starboard positive, by the own navigation."""
+    planned_mps: float
+    ordered_mps: float
+    quality: float
+    """Q_m = Σ (Θ_i − Θ_m), cumulative Θ (eq. 3)."""
+    mates: list[MateBelief]
+    health: list[str]
+    """Empty when all is well; otherwise words such as ``stale_fix``."""
+    bad_frames: int
+    """Datagrams since the start that were no team state of a mate."""
+
+
+class Pose(Message):
+    """The true state of one craft."""
+
+    craft: str
+    north_m: float
+    east_m: float
+    down_m: float
+    roll_rad: float
+    pitch_rad: float
+    heading_rad: float
+    surge_mps: float
+
+
+class Truth(Message):
+    """The sea → link, recorder and score: the true poses, in the order of the team."""
+
+    tick: int
+    t_ns: int
+    poses: list[Pose]
+
+
+class Step(Message):
+    """One tick of the sea, and how many transmissions each craft has requested up to it."""
+
+    truth: Truth
+    transmissions: list[int]
+
+
+class Advance(Message):
+    """Lockstep, hub → link: ticks that are complete, in order."""
+
+    steps: list[Step]
+
+
+class LinkEvent(Message):
+    """One line of the medium's log."""
+
+    t_ns: int
+    kind: Literal["started", "delivered", "lost", "refused"]
+    source: str
+    seq: int
+    destination: str = ""
+    """Receiver; empty where the event concerns the sender only."""
+    size_bytes: int = 0
+    reason: str = ""
+
+
+class LinkReport(Message):
+    """Link → hub: what has become final in the water."""
+
+    through_tick: int
+    """Lockstep: the newest tick this answers; -1 at live paces."""
+    modem_events: list[list[int]]
+    """For each craft, the mission times (ns) of the modem events published since the last report."""
+    log: list[LinkEvent]
+
+
+class Clock(Message):
+    """Hub → everyone: the mission starts, or is over."""
+
+    phase: Literal["start", "bye"]
+    epoch_unix_ns: int = 0
+    """Live paces: wall time of mission time zero."""
+
+
+class Presence(Message):
+    """The bus → hub and agents: somebody has appeared or is gone (a liveliness token, not a topic)."""
+
+    who: str
+    alive: bool
+    scenario: str
+    """Fingerprint of the scenario that participant runs."""

@@ -1,0 +1,92 @@
+"""Records a run as MCAP: JSON messages with their schemas, so that the field's viewers open it. The only user of mcap."""
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from mcap.writer import CompressionType, Writer
+
+from grex_link import clock
+from grex_link.messages import Message
+from grex_link.topics import TOPICS
+
+_CHUNK_BYTES = 256 * 1024
+_FLUSH_S = 0.5
+
+
+class Recorder:
+    """An MCAP file being written.
+
+    It is append-only, and what is older than half a second of wall time is on disk: the file of a run that was killed
+    opens and holds everything up to then.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write.
+    metadata : dict of str to str
+        What belongs to the run as a whole: the scenario, the seed, versions.
+    """
+
+    def __init__(self, path: Path, metadata: dict[str, str]) -> None:
+        self._file = path.open("wb")
+        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.LZ4)
+        self._writer.start(profile="", library="grex")
+        self._writer.add_metadata("grex", metadata)
+        self._encode = msgspec.json.Encoder().encode
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[tuple[str, str], int] = {}
+        self._flush_at = 0.0
+
+    def write(self, topic: str, craft: str, t_ns: int, message: Message) -> None:
+        """Record a message at a mission time."""
+        channel = self._channels.get((topic, craft))
+        if channel is None:
+            channel = self._channels[topic, craft] = self._register(topic, craft)
+        self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
+
+    def flush_if_due(self) -> None:
+        """Put everything on disk, if half a second of wall time has passed since the last time."""
+        now = clock.monotonic_s()
+        if now >= self._flush_at:
+            self._flush_at = now + _FLUSH_S
+            self._writer.flush()
+
+    def close(self) -> None:
+        """Write the index and close the file."""
+        self._writer.finish()
+        self._file.close()
+
+    def _register(self, topic: str, craft: str) -> int:
+        row = TOPICS[topic]
+        schema = self._schemas.get(topic)
+        if schema is None:
+            data = msgspec.json.encode(msgspec.json.schema(row.type))
+            schema = self._schemas[topic] = self._writer.register_schema(row.type.__name__, "jsonschema", data)
+        return self._writer.register_channel("/" + row.key.format(craft=craft), "json", schema)
+
+
+def read_messages(path: Path) -> list[tuple[str, int, Any]]:
+    """Read a recording whole, even one that was cut off.
+
+    Returns
+    -------
+    list of (topic, mission time ns, decoded JSON)
+        In the order of writing; what a cut destroyed at the end is left out.
+    """
+    from mcap.exceptions import EndOfFile
+    from mcap.stream_reader import StreamReader
+
+    channels: dict[int, str] = {}
+    messages = []
+    with path.open("rb") as file:
+        try:
+            for record in StreamReader(file).records:
+                kind = type(record).__name__
+                if kind == "Channel":
+                    channels[record.id] = record.topic  # type: ignore[attr-defined]
+                elif kind == "Message":
+                    messages.append((channels[record.channel_id], record.log_time, msgspec.json.decode(record.data)))  # type: ignore[attr-defined]
+        except EndOfFile:
+            pass
+    return messages

@@ -1,0 +1,101 @@
+"""The one table of topics: key, Struct, who writes, who reads, how, how often, recorded or not.
+
+The bus, the recorder, the health page, access control and the tests are all driven by it.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from grex_link import messages as m
+
+Role = Literal["frontseat", "agent", "modem", "sim", "link"]
+
+#: Names a craft may not have: they are the places of other participants on the bus.
+RESERVED = frozenset({"sim", "link", "up", "truth"})
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name : str
+        What the code calls it.
+    key : str
+        Key expression below ``grex/<team>/``; ``{craft}`` stands for the craft (or ``link``).
+    type : type
+        The Struct that travels there.
+    writers, readers : tuple of str
+        Roles; ``sim`` reads what it must count or record.
+    rate : str
+        Nominal rate: every tick, or on an event.
+    recorded : bool
+        Whether it goes into the MCAP file.
+    flush : bool
+        Whether a write leaves at once. A message that is followed by another one at once need not.
+    """
+
+    name: str
+    key: str
+    type: Any
+    writers: tuple[Role, ...]
+    readers: tuple[Role, ...]
+    rate: Literal["tick", "event"]
+    recorded: bool
+    flush: bool = True
+
+    @property
+    def per_craft(self) -> bool:
+        """Whether there is one such topic for each craft."""
+        return "{craft}" in self.key
+
+
+TOPICS: dict[str, Topic] = {
+    topic.name: topic
+    for topic in (
+        Topic("fix", "{craft}/fix", m.Fix, ("frontseat", "sim"), ("agent",), "tick", recorded=True),
+        Topic("setpoint", "{craft}/setpoint", m.Setpoint, ("agent",), ("frontseat", "sim"), "tick", recorded=True),
+        Topic("modem_tx", "{craft}/modem/tx", m.Transmit, ("agent",), ("modem", "link", "sim"), "event",
+              recorded=True, flush=False),
+        Topic("modem_rx", "{craft}/modem/rx", m.ModemEvent, ("modem", "link"), ("agent", "sim"), "event", recorded=True),
+        Topic("state", "{craft}/state", m.AgentState, ("agent",), ("sim",), "tick", recorded=True, flush=False),
+        Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=False, flush=False),
+        Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "link"), "event", recorded=False),
+        Topic("truth", "truth", m.Truth, ("sim",), ("link",), "tick", recorded=True),
+        Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=False),
+        Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=False),
+        Topic("link_event", "link/event", m.LinkEvent, (), (), "event", recorded=True),
+    )
+}  # fmt: skip
+
+
+def key(team: str, topic: str, craft: str) -> str:
+    """Full key expression of a topic; ``craft`` may be ``*`` for a reader of all craft, and is ``""`` where there is none."""
+    return f"grex/{team}/{TOPICS[topic].key.format(craft=craft)}"
+
+
+def presence_key(team: str, who: str, scenario: str) -> str:
+    """Key of the liveliness token a participant holds while it is up."""
+    return f"grex/{team}/up/{who}/{scenario}"
+
+
+def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
+    """Return (topic, craft) pairs that a participant reads; ``*`` for all craft.
+
+    The craft is ``""`` for a topic that there is once.
+
+    Parameters
+    ----------
+    role : str
+        ``agent``, ``link`` or ``sim``.
+    who : str
+        Its place on the bus: the craft's name for an agent, else the role.
+    """
+    pairs = []
+    for topic in TOPICS.values():
+        if role in topic.readers:
+            # An agent reads its own craft's keys; the clock is everyone's own; the bench reads those of all craft.
+            own = role == "agent" or topic.name == "clock"
+            pairs.append((topic.name, "" if not topic.per_craft else who if own else "*"))
+    return pairs

@@ -1,0 +1,1 @@
+"""What stays ashore: the simulated sea, and the bench that launches, records, scores and plots."""

@@ -1,0 +1,163 @@
+"""What the simulator is to the bus at every pace: it waits for all, starts the mission, takes everything down, ends it."""
+
+from collections.abc import Callable
+from typing import Any
+
+from grex_agent.mission import TeamPlan
+from grex_agent.team.interface import needs_oracle
+from grex_link import clock
+from grex_link.clock import NS, tick_ns
+from grex_link.config import Scenario
+from grex_link.errors import BusError, FaultError
+from grex_link.messages import Clock, LinkReport, Presence
+from grex_link.node import Outlet
+from grex_link.scenario import fingerprint
+from grex_sim.logbook import Logbook
+from grex_sim.sea import Sea
+
+#: Called now and then with the mission time, seconds.
+Progress = Callable[[float], None]
+_PROGRESS_S = 0.2
+
+
+class Hub:
+    """Common part of the simulator's nodes; `LockstepHub` and `LiveHub` say when a tick happens.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The run.
+    plan : TeamPlan
+        The plan of the team.
+    outlet : Outlet
+        The bus.
+    logbook : Logbook
+        Where everything is taken down.
+    progress : callable
+        Told the mission time now and then.
+    """
+
+    def __init__(
+        self, scenario: Scenario, plan: TeamPlan, outlet: Outlet, logbook: Logbook, progress: Progress
+    ) -> None:
+        self.done = False
+        self.started_at: float | None = None
+        self._outlet = outlet
+        self._team = list(scenario.craft)
+        self._everybody = [*self._team, "link"]
+        self._fingerprint = fingerprint(scenario)
+        self._present: set[str] = set()
+        self._config = scenario.clock
+        self._tick_ns = tick_ns(scenario.clock.tick_s)
+        self._last_tick = max(1, round((scenario.duration_s or plan.duration_s) / scenario.clock.tick_s))
+        self._oracle = needs_oracle(scenario)
+        self._sea = Sea(scenario, plan)
+        self._logbook = logbook
+        self._progress = progress
+        self._progress_at = 0.0
+        self._pending: list[tuple[str, str, Any]] = []
+        self._start_by = clock.monotonic_s() + scenario.clock.start_timeout_s
+
+    @property
+    def now_s(self) -> float:
+        """Mission time, seconds."""
+        return self._sea.truth.t_ns / NS
+
+    @property
+    def running(self) -> bool:
+        """Whether the mission has started."""
+        return self.started_at is not None
+
+    @property
+    def present(self) -> frozenset[str]:
+        """Who is on the bus now."""
+        return frozenset(self._present)
+
+    def handle(self, topic: str, craft: str, message: Any) -> None:
+        """Take one message from the bus."""
+        if topic == "presence":
+            self._on_presence(message)
+        elif topic == "report":
+            self._on_report(message)
+        else:
+            self._pending.append((topic, craft, message))
+            if topic == "setpoint":
+                self._on_setpoint(craft, message)
+
+    def wall_s_to_deadline(self) -> float | None:
+        """Wall seconds until `on_deadline` wants to be called."""
+        if not self.running:
+            return max(0.0, self._start_by - clock.monotonic_s())
+        return self._wall_s_to_next()
+
+    def on_deadline(self) -> None:
+        """Name those who have not appeared, or let the pace do its part."""
+        if self.running:
+            self._on_time()
+        elif clock.monotonic_s() >= self._start_by:
+            missing = ", ".join(sorted(set(self._everybody) - self._present))
+            raise BusError(f"not everybody is on the bus after {self._config.start_timeout_s:g} s; missing: {missing}")
+
+    def say_goodbye(self) -> None:
+        """Tell everybody that the mission is over."""
+        for who in self._everybody:
+            self._outlet.put("clock", who, Clock("bye"))
+        self.done = True
+
+    # -- for the paces --------------------------------------------------------------------------------------------
+
+    def _start(self) -> None:
+        raise NotImplementedError
+
+    def _on_setpoint(self, craft: str, message: Any) -> None:
+        raise NotImplementedError
+
+    def _wall_s_to_next(self) -> float | None:
+        raise NotImplementedError
+
+    def _on_time(self) -> None:
+        raise NotImplementedError
+
+    def _on_report(self, report: LinkReport) -> None:
+        raise NotImplementedError
+
+    def _publish_fixes(self, modem_events: list[int]) -> None:
+        truth = self._sea.truth
+        for craft, fix in zip(self._team, self._sea.fixes(modem_events), strict=True):
+            if self._oracle:
+                self._outlet.put("oracle", craft, truth)
+            self._outlet.put("fix", craft, fix)
+            self._pending.append(("fix", craft, fix))
+
+    def _take_down(self) -> None:
+        """Record what has passed; done while the agents are busy with the next tick."""
+        pending, self._pending = self._pending, []
+        for topic, craft, message in pending:
+            self._logbook.message(topic, craft, message)
+        self._logbook.flush_if_due()
+        now = clock.monotonic_s()
+        if now >= self._progress_at:
+            self._progress_at = now + _PROGRESS_S
+            self._progress(self.now_s)
+
+    # -- presence -------------------------------------------------------------------------------------------------
+
+    def _on_presence(self, presence: Presence) -> None:
+        who = presence.who
+        if who not in self._everybody:
+            return
+        if presence.alive:
+            if presence.scenario != self._fingerprint:
+                raise BusError(f"{self._name(who)} runs another scenario; start all with the same file and overrides")
+            self._present.add(who)
+            if not self.running and self._present == set(self._everybody):
+                self.started_at = clock.monotonic_s()
+                self._start()
+            return
+        self._present.discard(who)
+        if self.running and not self.done:
+            raise FaultError(self._name(who), "left the bus", self.now_s)
+
+    @staticmethod
+    def _name(who: str) -> str:
+        return "link" if who == "link" else f"agent {who}"

@@ -1,0 +1,107 @@
+"""The memory of a run: what is recorded, counted, and hashed into its digest."""
+
+import hashlib
+from array import array
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from grex_link.messages import AgentState, LinkEvent, Message, Setpoint, Truth
+from grex_link.recorder import Recorder
+
+
+class Logbook:
+    """Takes down everything the bench wants to know of a run.
+
+    Parameters
+    ----------
+    recorder : Recorder or None
+        Where messages are recorded; None records nothing.
+
+    Attributes
+    ----------
+    messages_sent, bytes_sent, delivered, lost, refused : int
+        What happened in the water.
+    late_ticks, late_setpoints : int
+        Live paces: what did not keep up.
+    """
+
+    def __init__(self, recorder: Recorder | None = None) -> None:
+        self._recorder = recorder
+        self._encode = msgspec.msgpack.Encoder().encode
+        self._hashes = {name: hashlib.sha256() for name in ("truth", "link", "setpoints")}
+        self._positions = array("d")
+        self._craft = 0
+        self.messages_sent = self.bytes_sent = self.delivered = self.lost = self.refused = 0
+        self.late_ticks = self.late_setpoints = 0
+        self.bad_frames: dict[str, int] = {}
+        self.unhealthy_steps: dict[str, int] = {}
+
+    def truth(self, truth: Truth) -> None:
+        """Take down the true poses of a tick."""
+        self._craft = len(truth.poses)
+        for pose in truth.poses:
+            self._positions.append(pose.north_m)
+            self._positions.append(pose.east_m)
+        self._hashes["truth"].update(self._encode(truth))
+        self._record("truth", "", truth.t_ns, truth)
+
+    def setpoints(self, setpoints: Mapping[str, Setpoint], team: Sequence[str]) -> None:
+        """Take down the setpoints a tick was moved under, in the order of the team."""
+        for craft in team:
+            if craft in setpoints:
+                self._hashes["setpoints"].update(self._encode(setpoints[craft]))
+
+    def link_events(self, events: Sequence[LinkEvent]) -> None:
+        """Take down lines of the medium's log."""
+        for event in events:
+            self._hashes["link"].update(self._encode(event))
+            self._record("link_event", "", event.t_ns, event)
+            if event.kind == "started":
+                self.messages_sent += 1
+                self.bytes_sent += event.size_bytes
+            elif event.kind == "delivered":
+                self.delivered += 1
+            elif event.kind == "lost":
+                self.lost += 1
+            else:
+                self.refused += 1
+
+    def message(self, topic: str, craft: str, message: Any) -> None:
+        """Take down a message that passed on the bus."""
+        self._record(topic, craft, message.t_ns, message)
+        if isinstance(message, AgentState):
+            if message.bad_frames:
+                self.bad_frames[craft] = message.bad_frames
+            if message.health:
+                self.unhealthy_steps[craft] = self.unhealthy_steps.get(craft, 0) + 1
+
+    def flush_if_due(self) -> None:
+        """Put the recording on disk now and then."""
+        if self._recorder is not None:
+            self._recorder.flush_if_due()
+
+    def close(self) -> None:
+        """Close the recording."""
+        if self._recorder is not None:
+            self._recorder.close()
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """True positions, shape (ticks, craft, 2): north and east, metres."""
+        return np.array(self._positions).reshape(-1, self._craft or 1, 2)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of truth trajectory, link event log and setpoints so far."""
+        whole = hashlib.sha256()
+        for name in ("truth", "link", "setpoints"):
+            whole.update(self._hashes[name].digest())
+        return whole.hexdigest()
+
+    def _record(self, topic: str, craft: str, t_ns: int, message: Message) -> None:
+        if self._recorder is not None:
+            self._recorder.write(topic, craft, t_ns, message)

@@ -1,0 +1,115 @@
+"""Runs a scenario's simulator: in this process with everybody on a memory bus, or as one process among others."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from grex_agent.core import AgentCore
+from grex_agent.mission import TeamPlan, plan_mission
+from grex_agent.shell import Agent
+from grex_link import clock
+from grex_link.bus import MemoryBus, ZenohBus, serve
+from grex_link.config import Scenario
+from grex_link.emulator import Emulator
+from grex_link.errors import FaultError
+from grex_link.node import Outlet
+from grex_link.recorder import Recorder
+from grex_sim.hub import Hub, Progress
+from grex_sim.live import LiveHub
+from grex_sim.lockstep import LockstepHub
+from grex_sim.logbook import Logbook
+from grex_sim.summary import Summary, summarise, write_files
+
+RECORDING_FILE = "run.mcap"
+_FAREWELL_S = 3.0
+
+
+def check_scenario(scenario: Scenario) -> TeamPlan:
+    """Work out everything a run needs beforehand, so that a fault is found before anything starts.
+
+    Raises
+    ------
+    ConfigError
+        With the path of the fault.
+    """
+    plan = plan_mission(scenario)
+    AgentCore(scenario, next(iter(scenario.craft)))
+    return plan
+
+
+def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress) -> Summary:
+    """Run everybody in this process, on the memory bus."""
+    plan = check_scenario(scenario)
+    bus = MemoryBus()
+
+    def play(hub: Hub) -> None:
+        bus.join(hub, scenario, "sim", "sim")
+        bus.join(Emulator(scenario, bus), scenario, "link", "link")
+        for craft in scenario.craft:
+            bus.join(Agent(scenario, craft, bus), scenario, "agent", craft)
+        bus.announce()
+        bus.run()
+        if not hub.done:
+            raise FaultError("the run", "came to a standstill", hub.now_s)
+
+    return _simulate(scenario, plan, bus, play, out, progress)
+
+
+def simulate(scenario: Scenario, out: Path | None, progress: Progress) -> Summary:
+    """Run the simulator as one process among others, on Zenoh; it is the hub of the bus."""
+    plan = check_scenario(scenario)
+    with ZenohBus(scenario, "sim", "sim") as bus:
+
+        def play(hub: Hub) -> None:
+            try:
+                serve(bus, hub, scenario.clock.chaos_delay_s)
+            except BaseException:
+                hub.say_goodbye()
+                raise
+            finally:
+                _see_off(bus, hub)
+
+        return _simulate(scenario, plan, bus, play, out, progress)
+
+
+def _simulate(
+    scenario: Scenario,
+    plan: TeamPlan,
+    outlet: Outlet,
+    play: Callable[[Hub], None],
+    out: Path | None,
+    progress: Progress,
+) -> Summary:
+    """Let a hub play a scenario, and write down what came of it, even if it breaks off."""
+    recorder = None
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        recorder = Recorder(out / RECORDING_FILE, {"scenario": msgspec.json.encode(scenario).decode()})
+    logbook = Logbook(recorder)
+    build = LockstepHub if scenario.clock.pace == "lockstep" else LiveHub
+    hub = build(scenario, plan, outlet, logbook, progress)
+    fault = "interrupted"
+    try:
+        play(hub)
+        fault = ""
+    except Exception as error:
+        fault = str(error)
+        raise
+    finally:
+        wall_s = 0.0 if hub.started_at is None else clock.monotonic_s() - hub.started_at
+        logbook.close()
+        summary, result = summarise(scenario, plan, logbook, mission_s=hub.now_s, wall_s=wall_s, fault=fault)
+        if out is not None:
+            write_files(out, scenario, logbook, summary, result)
+    return summary
+
+
+def _see_off(bus: ZenohBus, hub: Hub) -> None:
+    """Stay, as the router, until everybody has left or has had time to."""
+    present = set(hub.present)
+    deadline = clock.monotonic_s() + _FAREWELL_S
+    while present and clock.monotonic_s() < deadline:
+        envelope = bus.receive(0.05)
+        if envelope is not None and envelope[0] == "presence" and not envelope[2].alive:
+            present.discard(envelope[1])
