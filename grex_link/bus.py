@@ -18,10 +18,9 @@ from typing import Any, Self
 os.environ.setdefault("ZENOH_RUNTIME", "(rx:(worker_threads:1))")
 
 import msgspec
-import structlog
 import zenoh
 
-from grex_link import clock
+from grex_link import clock, log
 from grex_link.config import Scenario
 from grex_link.errors import BusError
 from grex_link.messages import Message, Presence
@@ -31,7 +30,6 @@ from grex_link.topics import TOPICS, Role, key, presence_key, subscriptions
 
 DEFAULT_ENDPOINTS = ("tcp/127.0.0.1:7447",)
 _RETRY_S = 0.1
-_log = structlog.get_logger()
 
 #: (topic, craft, message)
 Envelope = tuple[str, str, Any]
@@ -172,7 +170,7 @@ class ZenohBus:
         except msgspec.DecodeError as error:
             self.bad_payloads[name] += 1
             if self.bad_payloads[name] == 1:
-                _log.warning("dropped a message that does not decode", key=name, error=str(error))
+                log.warn("dropped a message that does not decode", key=name, error=str(error))
             return None
 
     def close(self) -> None:
@@ -180,7 +178,7 @@ class ZenohBus:
         try:
             self._session.close()
         except zenoh.ZError as error:
-            _log.warning("the bus did not close in time", error=str(error))
+            log.warn("the bus did not close in time", error=str(error))
 
     def _route(self, name: str) -> tuple[str, str, msgspec.msgpack.Decoder[Any]]:
         below = name.removeprefix(f"grex/{self._team}/")

@@ -97,6 +97,7 @@ def _simulate(
         fault = str(error)
         raise
     finally:
+        progress(hub.now_s)
         wall_s = 0.0 if hub.started_at is None else clock.monotonic_s() - hub.started_at
         logbook.close()
         summary, result = summarise(scenario, plan, logbook, mission_s=hub.now_s, wall_s=wall_s, fault=fault)

@@ -105,3 +105,41 @@ def write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summar
         [t_s, result.fd_series, result.distance, result.angle, result.xte, positions.reshape(len(positions), -1)]
     )
     np.savetxt(out / SERIES_FILE, columns, fmt="%.9g", delimiter=",", header=",".join(names), comments="")
+
+
+def as_json(summary: Summary) -> str:
+    """Return the summary as one JSON object on one line."""
+    return msgspec.json.encode(summary).decode()
+
+
+def as_text(summary: Summary) -> str:
+    """Return the summary as a few lines for a person."""
+    lines = [summary.title] if summary.title else []
+    if summary.fd is not None:
+        lines.append(
+            f"formation deviation FD {summary.fd:.4f}"
+            f"  (distance {summary.fd_distance:.4f}, angle {summary.fd_angle:.4f}, cross-track {summary.fd_xte:.4f})"
+        )
+    lines += [
+        f"{summary.duration_s:.0f} s of mission in {summary.wall_s:.1f} s: {summary.real_time_factor:.0f} x real time, "
+        f"{summary.ticks_per_s:.0f} ticks/s ({summary.pace})",
+        f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes), {summary.delivered} received, "
+        f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end",
+        f"digest {summary.digest}",
+    ]
+    lines += _warnings(summary)
+    if summary.out:
+        lines.append(f"files in {summary.out}")
+    return "\n".join(lines)
+
+
+def _warnings(summary: Summary) -> list[str]:
+    lines = []
+    if summary.late_ticks or summary.late_setpoints:
+        lines.append(
+            f"WARNING: the pace was not held: {summary.late_ticks} of {summary.ticks} ticks and "
+            f"{summary.late_setpoints} setpoints came late; take a lower pace, or lockstep"
+        )
+    lines += [f"WARNING: {craft} did not trust its fix in {n} steps" for craft, n in summary.unhealthy_steps.items()]
+    lines += [f"WARNING: {craft} received {n} bad frames" for craft, n in summary.bad_frames.items()]
+    return lines
