@@ -178,9 +178,7 @@ class AgentCore:
             self._transmissions += 1
         return outputs
 
-    def _state(
-        self, tick: int, now_ns: int, ordered_mps: float, mates: list[float], health: list[str]
-    ) -> AgentState:
+    def _state(self, tick: int, now_ns: int, ordered_mps: float, mates: list[float], health: list[str]) -> AgentState:
         processor = self._processor
         return AgentState(
             tick,
@@ -204,7 +202,6 @@ class AgentCore:
             towards = self._place_keeping.steer(self._fix.north_m, self._fix.east_m, track.point(1.0))
             hold = hold or towards is None
             course, speed_mps = towards or (course, 0.0)
-        mode = "hold" if hold else "steer"
-        return Setpoint(
-            tick, now_ns, mode, course, 0.0 if hold else speed_mps, track.depth_m, self._transmissions
-        )
+        if hold:
+            return Setpoint(tick, now_ns, "hold", course, 0.0, track.depth_m, self._transmissions)
+        return Setpoint(tick, now_ns, "steer", course, speed_mps, track.depth_m, self._transmissions)

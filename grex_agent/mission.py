@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from grex_agent.path import Arc, Line, Track
-from grex_link.config import LineConfig, Lawnmower, Scenario, TrackList, Tracks
+from grex_link.config import Lawnmower, LineConfig, Scenario, TrackList, Tracks
 from grex_link.errors import ConfigError
 
 NorthEast = tuple[float, float]
@@ -91,7 +91,8 @@ def _lawnmower(mission: Lawnmower, place: tuple[float, float, float]) -> CraftPl
             radius = math.dist(centre, own_end)
             if radius < 1e-3:
                 raise ConfigError(
-                    "$.mission.turn_radius_m", "a craft of the formation sits on the turning centre; take another radius"
+                    "$.mission.turn_radius_m",
+                    "a craft of the formation sits on the turning centre; take another radius",
                 )
             speed = mission.speed_mps * math.pi * radius / turn_length_m
             tracks.append(Arc(own_end, centre, turn, speed, down + below))
@@ -141,7 +142,8 @@ def _check_durations(plans: dict[str, CraftPlan]) -> None:
     for craft, plan in others:
         if len(plan.tracks) != len(first.tracks):
             raise ConfigError(
-                f"$.mission.craft.{craft}.tracks", f"{len(plan.tracks)} tracks, but {leader} has {len(first.tracks)}"
+                f"$.mission.craft.{craft}.tracks",
+                f"{len(plan.tracks)} tracks, but {leader} has {len(first.tracks)}",
             )
         for number, (track, reference) in enumerate(zip(plan.tracks, first.tracks, strict=True)):
             wanted_s = reference.length_m / reference.speed_mps

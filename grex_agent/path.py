@@ -76,9 +76,7 @@ class Line:
     __slots__ = ("_course", "_east", "_north", "_tangent_east", "_tangent_north", "curvature", "depth_m", "length_m",
                  "speed_mps")  # fmt: skip
 
-    def __init__(
-        self, start: tuple[float, float], end: tuple[float, float], speed_mps: float, depth_m: float
-    ) -> None:
+    def __init__(self, start: tuple[float, float], end: tuple[float, float], speed_mps: float, depth_m: float) -> None:
         along_north, along_east = end[0] - start[0], end[1] - start[1]
         self.length_m = math.hypot(along_north, along_east)
         self.curvature = 0.0
@@ -92,9 +90,7 @@ class Line:
         """Find where a position stands on the line: by the foot of the perpendicular."""
         north, east = north_m - self._north, east_m - self._east
         along = north * self._tangent_north + east * self._tangent_east
-        return Place(
-            along / self.length_m, east * self._tangent_north - north * self._tangent_east, self._course
-        )
+        return Place(along / self.length_m, east * self._tangent_north - north * self._tangent_east, self._course)
 
     def point(self, theta: float) -> tuple[float, float]:
         """Find the point (north, east) at a degree of execution."""

@@ -14,8 +14,8 @@ from grex_link.node import Outlet
 class Agent:
     """One craft's agent on the bus.
 
-    In lockstep a step is done when the fix, every modem event it counts and, for the ideal estimator, the truth of that
-    tick are here, in whatever order they come. At the live paces a step is done when a fix comes, or when one is overdue.
+    In lockstep a step is done when the fix, every modem event it counts and, for the ideal estimator, the truth of
+    that tick are here, in whatever order they come. At the live paces it is done when a fix comes or is overdue.
 
     Parameters
     ----------

@@ -129,9 +129,7 @@ class ZenohBus:
         self._declared.append(
             liveliness.declare_subscriber(presence_key(self._team, watched, "*"), into_inbox, history=True)
         )
-        self._declared.append(
-            liveliness.declare_token(presence_key(self._team, who, fingerprint(scenario)))
-        )
+        self._declared.append(liveliness.declare_token(presence_key(self._team, who, fingerprint(scenario))))
 
     def __enter__(self) -> Self:
         return self
@@ -176,7 +174,7 @@ class ZenohBus:
     def close(self) -> None:
         """Leave the bus. A close that times out on a loaded machine is not worth an error."""
         try:
-            self._session.close()
+            self._session.close()  # type: ignore[no-untyped-call]
         except zenoh.ZError as error:
             log.warn("the bus did not close in time", error=str(error))
 

@@ -21,30 +21,32 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of every table of a scenario."""
 
 
-class ClockConfig(Config):
+class ClockConfig(Config, frozen=True):
     """How mission time passes."""
 
     tick_s: Annotated[float, Meta(ge=0.01, le=10.0)] = 1.0
     """Length of a step of the whole team, seconds."""
     pace: Literal["lockstep", "live"] | Annotated[float, Meta(gt=0.0, le=1000.0)] = "lockstep"
-    """``lockstep``: as fast as possible, nothing lost; ``live``: wall clock; a number: that many times the wall clock."""
+    """``lockstep``: as fast as possible, nothing lost; ``live``: wall clock; a number: so many times the wall clock."""
     start_timeout_s: Positive = 60.0
     """Wall seconds everybody has to appear on the bus."""
     barrier_timeout_s: Positive = 20.0
     """Lockstep: wall seconds a participant may be silent before it is named as hung."""
     chaos_delay_s: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.0
-    """Every process sleeps a random time up to this before each message it handles: proves that order does not matter."""
+    """Every process sleeps a random time up to this before each message: shows that order does not matter."""
 
 
-class BusConfig(Config):
+class BusConfig(Config, frozen=True):
     """Where the participants meet."""
 
-    endpoints: Annotated[tuple[Annotated[str, Meta(pattern=r"^(tcp|unixsock-stream)/.+")], ...], Meta(max_length=4)] = ()
+    endpoints: Annotated[
+        tuple[Annotated[str, Meta(pattern=r"^(tcp|unixsock-stream)/.+")], ...], Meta(max_length=4)
+    ] = ()
     """Zenoh endpoints the simulator listens on and all others connect to.
     Empty: ``grex run`` takes a free local port; by hand it is ``tcp/127.0.0.1:7447``."""
 
 
-class KalmanConfig(Config):
+class KalmanConfig(Config, frozen=True):
     """The paper's planar model of a mate (eqs. 6–11)."""
 
     velocity_transfer_per_s: Positive = 1.0
@@ -59,7 +61,7 @@ class KalmanConfig(Config):
     """How old a message may be and still be worked in, seconds."""
 
 
-class TeamConfig(Config):
+class TeamConfig(Config, frozen=True):
     """The team as a whole and how it coordinates."""
 
     name: Name = "grex"
@@ -79,7 +81,7 @@ class TeamConfig(Config):
     kalman: KalmanConfig = KalmanConfig()
 
 
-class GuidanceConfig(Config):
+class GuidanceConfig(Config, frozen=True):
     """Track keeping (P) and keeping of a place (P)."""
 
     cross_track_gain_rad_per_m: NonNegative = 0.05
@@ -94,7 +96,7 @@ class GuidanceConfig(Config):
     """Within this distance a place is kept by stopping."""
 
 
-class Lawnmower(Config, tag="lawnmower"):
+class Lawnmower(Config, frozen=True, tag="lawnmower"):
     """The coordinated lawnmower: parallel legs joined by half circles, turned as a rigid body."""
 
     formation_m: dict[Name, tuple[Finite, Finite, Finite]]
@@ -114,14 +116,14 @@ class Lawnmower(Config, tag="lawnmower"):
     """After the last track: go straight on, or stay at its end."""
 
 
-class LineConfig(Config, tag="line"):
+class LineConfig(Config, frozen=True, tag="line"):
     """A straight track from where the last one ended."""
 
     to_ned_m: tuple[Finite, Finite, Finite]
     speed_mps: Positive
 
 
-class ArcConfig(Config, tag="arc"):
+class ArcConfig(Config, frozen=True, tag="arc"):
     """A track on a circle about a centre, from where the last one ended."""
 
     centre_ne_m: tuple[Finite, Finite]
@@ -130,21 +132,21 @@ class ArcConfig(Config, tag="arc"):
     speed_mps: Positive
 
 
-class TrackList(Config):
+class TrackList(Config, frozen=True):
     """One craft's explicit tracks."""
 
     start_ned_m: tuple[Finite, Finite, Finite]
     tracks: Annotated[tuple[LineConfig | ArcConfig, ...], Meta(min_length=1, max_length=255)]
 
 
-class Tracks(Config, tag="tracks"):
+class Tracks(Config, frozen=True, tag="tracks"):
     """Explicit tracks; every craft has the same number, and a track takes all of them equally long."""
 
     craft: dict[Name, TrackList]
     at_end: Literal["continue", "hold"] = "continue"
 
 
-class SlotConfig(Config):
+class SlotConfig(Config, frozen=True):
     """One slot of the TDMA cycle."""
 
     craft: Name
@@ -152,7 +154,7 @@ class SlotConfig(Config):
     length_s: Positive
 
 
-class LinkConfig(Config):
+class LinkConfig(Config, frozen=True):
     """The water between the craft, and who may speak when."""
 
     profile: Name = "grex2008"
@@ -167,7 +169,7 @@ class LinkConfig(Config):
     """Length of the cycle; the end of the last slot if left out."""
 
 
-class SeaConfig(Config):
+class SeaConfig(Config, frozen=True):
     """What the water does to the craft."""
 
     current_ned_mps: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
@@ -176,7 +178,7 @@ class SeaConfig(Config):
     """The current the craft compensate; the true one if left out."""
 
 
-class Loop(Config):
+class Loop(Config, frozen=True):
     """A first-order lag with limits on value and rate (paper, Fig. 5); units are those of the state."""
 
     lag_s: NonNegative
@@ -186,7 +188,7 @@ class Loop(Config):
     """Largest change a second."""
 
 
-class VehicleConfig(Config):
+class VehicleConfig(Config, frozen=True):
     """A simulated craft: four loops, a depth controller and what is wrong with its thrusters."""
 
     roll: Loop = Loop(lag_s=1.0, min=-0.5, max=0.5, rate_max=0.5)
@@ -202,7 +204,7 @@ class VehicleConfig(Config):
     """And this much more."""
 
 
-class NavigationConfig(Config):
+class NavigationConfig(Config, frozen=True):
     """Error of a craft's own navigation: offset, white noise, and an error that grows (paper, Fig. 4)."""
 
     offset_ned_m: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
@@ -211,15 +213,15 @@ class NavigationConfig(Config):
     drift_ned_mps: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
 
 
-class SimFrontseat(Config, tag="sim"):
+class SimFrontseat(Config, frozen=True, tag="sim"):
     """The craft is a simulated one."""
 
 
-class EmulatedModem(Config, tag="emulated"):
+class EmulatedModem(Config, frozen=True, tag="emulated"):
     """The modem is the emulator."""
 
 
-class CraftConfig(Config):
+class CraftConfig(Config, frozen=True):
     """One craft of the team."""
 
     frontseat: SimFrontseat = SimFrontseat()
@@ -228,7 +230,7 @@ class CraftConfig(Config):
     navigation: NavigationConfig = NavigationConfig()
 
 
-class ScoreConfig(Config):
+class ScoreConfig(Config, frozen=True):
     """Weights of the formation deviation (eq. 5)."""
 
     distance: Probability = 1.0
@@ -236,7 +238,7 @@ class ScoreConfig(Config):
     xte: Probability = 1.0
 
 
-class Scenario(Config, kw_only=True):
+class Scenario(Config, frozen=True, kw_only=True):
     """Everything a run depends on."""
 
     title: str = ""

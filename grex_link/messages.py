@@ -13,7 +13,7 @@ class Message(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=False
     """Base of everything that travels on the bus."""
 
 
-class Fix(Message):
+class Fix(Message, frozen=True):
     """Frontseat → agent: where the craft is, as its own navigation knows it."""
 
     tick: int
@@ -33,7 +33,7 @@ class Fix(Message):
     """Lockstep: how many modem events the agent must have, counted from the start, before it may act on this."""
 
 
-class Setpoint(Message):
+class Setpoint(Message, frozen=True):
     """Agent → frontseat: what the craft should do until the next one."""
 
     tick: int
@@ -49,7 +49,7 @@ class Setpoint(Message):
     """How many transmissions the agent has requested since the start, this step's included."""
 
 
-class Transmit(Message, tag="transmit"):
+class Transmit(Message, frozen=True, tag="transmit"):
     """Agent → modem: send one datagram to everyone."""
 
     seq: int
@@ -59,14 +59,14 @@ class Transmit(Message, tag="transmit"):
     payload: bytes
 
 
-class Received(Message, tag="received"):
+class Received(Message, frozen=True, tag="received"):
     """Modem event: a datagram has arrived whole."""
 
     source: str
     payload: bytes
 
 
-class TxEvent(Message, tag="tx_event"):
+class TxEvent(Message, frozen=True, tag="tx_event"):
     """Modem event: what became of an own transmission.
 
     ``SENT`` says that it has left, never that anybody has it: a broadcast has no acknowledgement.
@@ -77,7 +77,7 @@ class TxEvent(Message, tag="tx_event"):
     reason: str = ""
 
 
-class ModemEvent(Message):
+class ModemEvent(Message, frozen=True):
     """Modem → agent: one event, numbered for each craft from 0 in the order of its time."""
 
     seq: int
@@ -85,7 +85,7 @@ class ModemEvent(Message):
     event: Received | TxEvent
 
 
-class MateBelief(Message):
+class MateBelief(Message, frozen=True):
     """What a craft believes about one team mate."""
 
     craft: str
@@ -99,7 +99,7 @@ class MateBelief(Message):
     """Age of the newest information in it, seconds; -1 when there has been none."""
 
 
-class AgentState(Message):
+class AgentState(Message, frozen=True):
     """Agent → bench: what the agent believes and does; nothing aboard reads it."""
 
     tick: int
@@ -120,7 +120,7 @@ class AgentState(Message):
     """Datagrams since the start that were no team state of a mate."""
 
 
-class Pose(Message):
+class Pose(Message, frozen=True):
     """The true state of one craft."""
 
     craft: str
@@ -133,7 +133,7 @@ class Pose(Message):
     surge_mps: float
 
 
-class Truth(Message):
+class Truth(Message, frozen=True):
     """The sea → link, recorder and score: the true poses, in the order of the team."""
 
     tick: int
@@ -141,20 +141,20 @@ class Truth(Message):
     poses: list[Pose]
 
 
-class Step(Message):
+class Step(Message, frozen=True):
     """One tick of the sea, and how many transmissions each craft has requested up to it."""
 
     truth: Truth
     transmissions: list[int]
 
 
-class Advance(Message):
+class Advance(Message, frozen=True):
     """Lockstep, hub → link: ticks that are complete, in order."""
 
     steps: list[Step]
 
 
-class LinkEvent(Message):
+class LinkEvent(Message, frozen=True):
     """One line of the medium's log."""
 
     t_ns: int
@@ -167,7 +167,7 @@ class LinkEvent(Message):
     reason: str = ""
 
 
-class LinkReport(Message):
+class LinkReport(Message, frozen=True):
     """Link → hub: what has become final in the water."""
 
     through_tick: int
@@ -177,7 +177,7 @@ class LinkReport(Message):
     log: list[LinkEvent]
 
 
-class Clock(Message):
+class Clock(Message, frozen=True):
     """Hub → everyone: the mission starts, or is over."""
 
     phase: Literal["start", "bye"]
@@ -185,7 +185,7 @@ class Clock(Message):
     """Live paces: wall time of mission time zero."""
 
 
-class Presence(Message):
+class Presence(Message, frozen=True):
     """The bus → hub and agents: somebody has appeared or is gone (a liveliness token, not a topic)."""
 
     who: str

@@ -1,9 +1,14 @@
-"""Records a run as MCAP: JSON messages with their schemas, so that the field's viewers open it. The only user of mcap."""
+"""Records a run as MCAP: JSON with schemas, so that the field's viewers open it. The only user of mcap."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import mcap.records
 import msgspec
+from mcap.exceptions import EndOfFile
+from mcap.records import Channel
+from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from grex_link import clock
@@ -50,11 +55,11 @@ class Recorder:
         now = clock.monotonic_s()
         if now >= self._flush_at:
             self._flush_at = now + _FLUSH_S
-            self._writer.flush()
+            self._writer.flush()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
         """Write the index and close the file."""
-        self._writer.finish()
+        self._writer.finish()  # type: ignore[no-untyped-call]
         self._file.close()
 
     def _register(self, topic: str, craft: str) -> int:
@@ -74,19 +79,12 @@ def read_messages(path: Path) -> list[tuple[str, int, Any]]:
     list of (topic, mission time ns, decoded JSON)
         In the order of writing; what a cut destroyed at the end is left out.
     """
-    from mcap.exceptions import EndOfFile
-    from mcap.stream_reader import StreamReader
-
     channels: dict[int, str] = {}
     messages = []
-    with path.open("rb") as file:
-        try:
-            for record in StreamReader(file).records:
-                kind = type(record).__name__
-                if kind == "Channel":
-                    channels[record.id] = record.topic  # type: ignore[attr-defined]
-                elif kind == "Message":
-                    messages.append((channels[record.channel_id], record.log_time, msgspec.json.decode(record.data)))  # type: ignore[attr-defined]
-        except EndOfFile:
-            pass
+    with path.open("rb") as file, suppress(EndOfFile):
+        for record in StreamReader(file).records:
+            if isinstance(record, Channel):
+                channels[record.id] = record.topic
+            elif isinstance(record, mcap.records.Message):
+                messages.append((channels[record.channel_id], record.log_time, msgspec.json.decode(record.data)))
     return messages

@@ -145,10 +145,15 @@ def _check_names(scenario: Scenario) -> None:
     """Check what one table says about another."""
     for craft in scenario.craft:
         if craft in RESERVED:
-            raise ConfigError(f"$.craft.{craft}", "this name is taken by another participant on the bus; choose another")
-    team, mission = scenario.team, scenario.mission
-    if team.speed_min_mps > team.speed_max_mps:
-        raise ConfigError("$.team.speed_min_mps", f"{team.speed_min_mps} is above speed_max_mps {team.speed_max_mps}")
+            raise ConfigError(
+                f"$.craft.{craft}", "this name is taken by another participant on the bus; choose another"
+            )
+    _check_mission_names(scenario)
+    _check_limits(scenario)
+
+
+def _check_mission_names(scenario: Scenario) -> None:
+    mission = scenario.mission
     table = "craft" if hasattr(mission, "craft") else "formation_m"
     planned = getattr(mission, table)
     for craft in planned:
@@ -158,6 +163,12 @@ def _check_names(scenario: Scenario) -> None:
     for craft in scenario.craft:
         if craft not in planned:
             raise ConfigError(f"$.mission.{table}.{craft}", "is missing: every craft needs its part in the mission")
+
+
+def _check_limits(scenario: Scenario) -> None:
+    team = scenario.team
+    if team.speed_min_mps > team.speed_max_mps:
+        raise ConfigError("$.team.speed_min_mps", f"{team.speed_min_mps} is above speed_max_mps {team.speed_max_mps}")
     for name, craft_config in scenario.craft.items():
         for loop in ("roll", "pitch", "surge"):
             limits = getattr(craft_config.vehicle, loop)

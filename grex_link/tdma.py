@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from grex_link.clock import NS
 from grex_link.config import LinkConfig, SlotConfig
@@ -28,7 +29,7 @@ class Schedule:
 
     def openings(self, craft: str, from_ns: int, before_ns: int) -> list[int]:
         """Mission times, nanoseconds, at which slots of a craft open within [from, before)."""
-        times = []
+        times: list[int] = []
         for slot in self.slots:
             if slot.craft == craft:
                 first = -(-(from_ns - slot.start_ns) // self.cycle_ns)
@@ -59,7 +60,9 @@ def plan_schedule(link: LinkConfig, team: Sequence[str], profile: ModemProfile) 
     )
     for place, slot in enumerate(slots):
         if slot.craft not in team:
-            raise ConfigError(f"$.link.slots[{place}].craft", f"unknown craft {slot.craft!r}; there are {', '.join(team)}")
+            raise ConfigError(
+                f"$.link.slots[{place}].craft", f"unknown craft {slot.craft!r}; there are {', '.join(team)}"
+            )
         if slot.length_s < airtime_s:
             raise ConfigError(
                 f"$.link.slots[{place}].length_s",
@@ -78,7 +81,7 @@ def plan_schedule(link: LinkConfig, team: Sequence[str], profile: ModemProfile) 
 
 def _check_overlaps(slots: Sequence[SlotConfig]) -> None:
     in_order = sorted(range(len(slots)), key=lambda place: slots[place].start_s)
-    for before, after in zip(in_order, in_order[1:], strict=False):
+    for before, after in pairwise(in_order):
         end_s = slots[before].start_s + slots[before].length_s
         if slots[after].start_s < end_s - 1e-9:
             raise ConfigError(

@@ -58,7 +58,8 @@ TOPICS: dict[str, Topic] = {
         Topic("setpoint", "{craft}/setpoint", m.Setpoint, ("agent",), ("frontseat", "sim"), "tick", recorded=True),
         Topic("modem_tx", "{craft}/modem/tx", m.Transmit, ("agent",), ("modem", "link", "sim"), "event",
               recorded=True, flush=False),
-        Topic("modem_rx", "{craft}/modem/rx", m.ModemEvent, ("modem", "link"), ("agent", "sim"), "event", recorded=True),
+        Topic("modem_rx", "{craft}/modem/rx", m.ModemEvent, ("modem", "link"), ("agent", "sim"), "event",
+              recorded=True),
         Topic("state", "{craft}/state", m.AgentState, ("agent",), ("sim",), "tick", recorded=True, flush=False),
         Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=False, flush=False),
         Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "link"), "event", recorded=False),
@@ -71,7 +72,7 @@ TOPICS: dict[str, Topic] = {
 
 
 def key(team: str, topic: str, craft: str) -> str:
-    """Full key expression of a topic; ``craft`` may be ``*`` for a reader of all craft, and is ``""`` where there is none."""
+    """Full key expression of a topic; ``craft`` may be ``*`` for all, and is ``""`` where there is none."""
     return f"grex/{team}/{TOPICS[topic].key.format(craft=craft)}"
 
 

@@ -1,11 +1,11 @@
 """The console ``grex``. Heavy modules are imported by the commands that need them, so that ``--help`` is quick."""
 
-import datetime
+import datetime as dt
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -16,7 +16,10 @@ from grex_link.process import run_process
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
-    tyro.conf.arg(metavar="lockstep|live|FACTOR", help="As fast as possible, with the wall clock, or so many times as fast."),
+    tyro.conf.arg(
+        metavar="lockstep|live|FACTOR",
+        help="As fast as possible, with the wall clock, or so many times as fast.",
+    ),
 ]
 Out = Annotated[Path | None, tyro.conf.arg(metavar="DIR", help="Folder for the run's files; default runs/NAME-TIME.")]
 
@@ -67,7 +70,9 @@ def run(
         else:
             from grex_sim.launch import Launch
 
-            with Launch(config, [str(scenario), *(part for value in arguments for part in ("--set", value))], folder) as launch:
+            with Launch(
+                config, [str(scenario), *(part for value in arguments for part in ("--set", value))], folder
+            ) as launch:
                 summary = launch.wait(progress)
     report.draw(folder, config, plan)
     print(to_json(summary) if as_json else as_text(summary))  # noqa: T201
@@ -167,7 +172,7 @@ def bench(as_json: AsJson = False) -> None:  # noqa: FBT002
     print(run_bench(as_json=as_json))  # noqa: T201
 
 
-COMMANDS = {
+COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
     "table1": table1,
@@ -183,13 +188,15 @@ def main() -> None:
     """Entry point of ``grex``."""
     run_process(
         lambda: tyro.extras.subcommand_cli_from_dict(
-            COMMANDS, prog="grex", description="Team navigation and control for craft that share a sound channel."
+            COMMANDS,
+            prog="grex",
+            description="Team navigation and control for craft that share a sound channel.",
         )
     )
 
 
 def _stamp() -> str:
-    return datetime.datetime.now().astimezone().strftime("%Y%m%d-%H%M%S")
+    return dt.datetime.now().astimezone().strftime("%Y%m%d-%H%M%S")
 
 
 def _make_folder(path: Path) -> Path:
@@ -222,4 +229,3 @@ def _progress_bar(duration_s: float) -> Iterator[Callable[[float], None]]:
             bar.update(round(time_s) - bar.n)
 
         yield update
-

@@ -1,7 +1,8 @@
 """Sea-current compensation in three dimensions (paper, section III, Fig. 6).
 
-The ground velocity is the water velocity plus the current. A craft that wants to go along the unit vector v0 can reach
-those points of the line {s·v0} that lie on the sphere of radius |u| about the current, u being its speed through the water.
+The ground velocity is the water velocity plus the current. A craft that wants to go along the unit vector v0 can
+reach those points of the line {s·v0} that lie on the sphere of radius |u| about the current, u being its speed
+through the water.
 """
 
 import math
@@ -34,7 +35,12 @@ class Steering(NamedTuple):
 
 
 def compensate(
-    course_rad: float, pitch_rad: float, speed_mps: float, current: Vector, surge_min_mps: float, surge_max_mps: float
+    course_rad: float,
+    pitch_rad: float,
+    speed_mps: float,
+    current: Vector,
+    surge_min_mps: float,
+    surge_max_mps: float,
 ) -> Steering:
     """Find heading, pitch and surge for a wanted velocity over ground.
 
@@ -83,9 +89,7 @@ def _dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _steering(
-    water: Vector, surge: float, ground: float, fallback: tuple[float, float], *, holdable: bool
-) -> Steering:
+def _steering(water: Vector, surge: float, ground: float, fallback: tuple[float, float], *, holdable: bool) -> Steering:
     norm = math.sqrt(_dot(water, water))
     if norm < _STILL:
         return Steering(fallback[0], fallback[1], surge, ground, holdable)

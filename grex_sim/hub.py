@@ -1,4 +1,4 @@
-"""What the simulator is to the bus at every pace: it waits for all, starts the mission, takes everything down, ends it."""
+"""The simulator as a node of the bus, at every pace: waits for all, starts, takes everything down, ends."""
 
 from collections.abc import Callable
 from typing import Any

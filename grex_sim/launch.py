@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 
@@ -51,7 +51,7 @@ class Launch:
             **{f"agent {craft}": ["grex_agent", *arguments, "--craft", craft] for craft in scenario.craft},
         }
 
-    def __enter__(self) -> "Launch":
+    def __enter__(self) -> Self:
         try:
             for who, command in self._commands.items():
                 self._start(who, command)
@@ -98,7 +98,7 @@ class Launch:
 
     def _start(self, who: str, command: Sequence[str]) -> None:
         with (self._out / f"{who.replace(' ', '-')}.log").open("w") as log:
-            self._started[who] = subprocess.Popen(
+            self._started[who] = subprocess.Popen(  # noqa: S603 - our own modules
                 [sys.executable, "-m", *command],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE if who == "sim" else log,
@@ -132,10 +132,10 @@ class Launch:
         for who, status in sorted(self._dead().items(), key=lambda entry: entry[1] > 0):
             if status < 0 or not self._last_words(who).startswith("sim "):
                 return self._explained(who, status)
-        status = sim.poll()
-        if status is None or status >= 0:
-            return _as_error(words or f"the simulator ended with status {status} and no result", status)
-        return self._explained("sim", status)
+        ended = sim.poll()
+        if ended is None or ended >= 0:
+            return _as_error(words or f"the simulator ended with status {ended} and no result", ended)
+        return self._explained("sim", ended)
 
     def _explained(self, who: str, status: int) -> GrexError:
         if status < 0:

@@ -118,7 +118,9 @@ class LockstepHub(Hub):
         waiting = self._waiting_for_link or self._sea.tick >= self._last_tick
         silent = ["link"] if waiting else [f"agent {craft}" for craft in self._team if craft not in self._setpoints]
         raise FaultError(
-            ", ".join(silent), f"has not answered for {self._config.barrier_timeout_s:g} s of wall time", self.now_s
+            ", ".join(silent),
+            f"has not answered for {self._config.barrier_timeout_s:g} s of wall time",
+            self.now_s,
         )
 
     def handle(self, topic: str, craft: str, message: Any) -> None:

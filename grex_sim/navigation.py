@@ -47,7 +47,7 @@ class Navigation:
         )
 
     def _sigma_m(self, t_s: float) -> float:
-        """Standard deviation an honest navigation would claim: noise, and offset and drift as if they were random."""
+        """Return what an honest navigation would claim: noise, and offset and drift as if they were random."""
         config = self._config
         bias = [offset + drift * t_s for offset, drift in zip(config.offset_ned_m, config.drift_ned_mps, strict=True)]
         return math.sqrt(config.white_m**2 + (bias[0] ** 2 + bias[1] ** 2) / 2.0)

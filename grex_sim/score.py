@@ -2,8 +2,8 @@
 
     fd(k) = ξ1/p·[|d_1p - d_1p(k)| + Σ|d_i,i+1 - d_i,i+1(k)|] + ξ2/(p-1)·Σ|α_i - α_i(k)| + ξ3/p·Σ|XTE_i(k)|
 
-FD is the mean of fd(k) over the run (T = 1 in eq. 4). d and α are those of the plan where all craft have the team's mean
-progress; for a formation that turns as a rigid body they are constant. Angles are radians; d is metres.
+FD is the mean of fd(k) over the run (T = 1 in eq. 4). d and α are those of the plan where all craft have the team's
+mean progress; for a formation that turns as a rigid body they are constant. Angles are radians; d is metres.
 """
 
 import math

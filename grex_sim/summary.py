@@ -102,7 +102,14 @@ def write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summar
     names = ["t_s", "fd", "fd_distance", "fd_angle", "fd_xte"]
     names += [f"{craft}_{axis}_m" for craft in scenario.craft for axis in ("north", "east")]
     columns = np.column_stack(
-        [t_s, result.fd_series, result.distance, result.angle, result.xte, positions.reshape(len(positions), -1)]
+        [
+            t_s,
+            result.fd_series,
+            result.distance,
+            result.angle,
+            result.xte,
+            positions.reshape(len(positions), -1),
+        ]
     )
     np.savetxt(out / SERIES_FILE, columns, fmt="%.9g", delimiter=",", header=",".join(names), comments="")
 
@@ -121,10 +128,14 @@ def as_text(summary: Summary) -> str:
             f"  (distance {summary.fd_distance:.4f}, angle {summary.fd_angle:.4f}, cross-track {summary.fd_xte:.4f})"
         )
     lines += [
-        f"{summary.duration_s:.0f} s of mission in {summary.wall_s:.1f} s: {summary.real_time_factor:.0f} x real time, "
-        f"{summary.ticks_per_s:.0f} ticks/s ({summary.pace})",
-        f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes), {summary.delivered} received, "
-        f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end",
+        (
+            f"{summary.duration_s:.0f} s of mission in {summary.wall_s:.1f} s: "
+            f"{summary.real_time_factor:.0f} x real time, {summary.ticks_per_s:.0f} ticks/s ({summary.pace})"
+        ),
+        (
+            f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes), {summary.delivered} received, "
+            f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
+        ),
         f"digest {summary.digest}",
     ]
     lines += _warnings(summary)

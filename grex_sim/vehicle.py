@@ -33,12 +33,12 @@ class LagLoop:
 
     def limited(self, wanted: float) -> float:
         """Return a wanted value within the limits."""
-        return self.min if wanted < self.min else self.max if wanted > self.max else wanted
+        return self.min if wanted < self.min else min(wanted, self.max)
 
     def change(self, error: float) -> float:
         """How far the state moves in one step towards a value that is `error` away."""
         change, most = error * self._gain, self._change_max
-        return most if change > most else -most if change < -most else change
+        return most if change > most else max(change, -most)
 
 
 class Vehicle:
@@ -92,7 +92,7 @@ class Vehicle:
         self.holdable = True
 
     def step(self, setpoint: Setpoint | None) -> None:
-        """Move one step under a setpoint; without one, or on hold, the thrusters stop and heading and depth are kept."""
+        """Move one step under a setpoint; without one, or on hold, the thrusters stop and the heading is kept."""
         heading, pitch, surge = self._orders(setpoint)
         scale, offset = self._actuator
         old_heading, old_pitch, old_surge = self.heading_rad, self.pitch_rad, self.surge_mps
@@ -124,7 +124,12 @@ class Vehicle:
         # Depth controller, P only: deeper means bow down, and pitch is positive upwards.
         pitch = self._pitch.limited(-self._depth_gain * (setpoint.depth_m - self.down_m))
         steering = compensate(
-            setpoint.course_rad, pitch, setpoint.speed_mps, self._known_current, self._surge.min, self._surge.max
+            setpoint.course_rad,
+            pitch,
+            setpoint.speed_mps,
+            self._known_current,
+            self._surge.min,
+            self._surge.max,
         )
         self.holdable = steering.holdable
         return steering.heading_rad, steering.pitch_rad, steering.surge_mps

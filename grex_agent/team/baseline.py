@@ -14,9 +14,7 @@ class Unaware:
     def __init__(self, context: TeamContext) -> None:
         del context
 
-    def step(
-        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
-    ) -> list[MateBelief]:
+    def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Believe nothing."""
         del now_s, own, sent, heard
         return []
@@ -47,9 +45,7 @@ class Ideal:
                     MateBelief(pose.craft, pose.north_m, pose.east_m, mate.progress, sigma_m=0.0, age_s=0.0)
                 )
 
-    def step(
-        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
-    ) -> list[MateBelief]:
+    def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Say the truth."""
         del now_s, own, sent, heard
         return self._beliefs

@@ -63,9 +63,7 @@ class TeamEstimator(Protocol):
     built with a `TeamContext`.
     """
 
-    def step(
-        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
-    ) -> list[MateBelief]:
+    def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Advance to a time and say what is believed then.
 
         Parameters

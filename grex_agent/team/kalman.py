@@ -137,7 +137,9 @@ def _kalman_filter_class() -> Any:
 
         return KalmanFilter
     folder = root.submodule_search_locations[0]
-    stand_ins = {name: ModuleType(name) for name in ("filterpy", "filterpy.kalman", "filterpy.common", "filterpy.stats")}
+    stand_ins = {
+        name: ModuleType(name) for name in ("filterpy", "filterpy.kalman", "filterpy.common", "filterpy.stats")
+    }
     for name, module in stand_ins.items():
         module.__path__ = [folder + name.removeprefix("filterpy").replace(".", "/")]
     stand_ins["filterpy.stats"].logpdf = None  # type: ignore[attr-defined] # only its likelihood would call it

@@ -1,7 +1,7 @@
 """One mate as its observer models it: a copy of its manoeuvre processor, guidance and controller about a Kalman filter.
 
 The history keeps, for every step, the state before any message, the message if there was one, and the progress of the
-others that drove the model. A message that arrives late is put where it belongs and everything after it is recalculated,
+others that drove the model. A message that arrives late is put where it belongs and everything after it is done anew,
 with every other message at its own place: the result does not depend on the order of arrival (GREX 2008, eq. 11).
 """
 
@@ -92,7 +92,13 @@ class MateFilter:
         north, east, course = plan.start
         speed = plan.tracks[0].speed_mps
         start = PlanarState(
-            north, east, speed * math.cos(course), speed * math.sin(course), model.fix_noise, 0.0, model.velocity_noise
+            north,
+            east,
+            speed * math.cos(course),
+            speed * math.sin(course),
+            model.fix_noise,
+            0.0,
+            model.velocity_noise,
         )
         self._history: deque[Entry] = deque([Entry(0.0, start, 0)])
         self._locate(self._history[0])
@@ -123,7 +129,7 @@ class MateFilter:
             self._history.popleft()
 
     def drive(self, others: Sequence[float]) -> None:
-        """Say how far the others are, as this mate is thought to see it; it orders its speed by that until told anew."""
+        """Say how far the others are, as this mate is thought to see it; it holds until told anew."""
         self._history[-1].others = others
 
     def correct(self, message: TeamState) -> bool:

@@ -27,9 +27,7 @@ class FirstLevel:
         self._context = context
         self._mates = {craft: self._filter(craft) for craft in context.plan.craft if craft != context.craft}
 
-    def step(
-        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
-    ) -> list[MateBelief]:
+    def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Advance, work in what was heard, and say what is believed; see `TeamEstimator`."""
         del sent
         self._advance(now_s, heard)
@@ -90,9 +88,7 @@ class SecondLevel(FirstLevel):
         super().__init__(context)
         self._own_as_seen = [self._filter(context.craft) for _ in self._mates]
 
-    def step(
-        self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]
-    ) -> list[MateBelief]:
+    def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Advance, work in what was heard and sent, and say what is believed; see `TeamEstimator`."""
         del own
         self._advance(now_s, heard)
