@@ -12,7 +12,6 @@ from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.mission import plan_mission
 from grex_agent.team.interface import Own, Report, TeamContext, load_estimator
 from grex_link import wire
-from grex_link.clock import NS, tick_ns
 from grex_link.config import Scenario
 from grex_link.errors import WireError
 from grex_link.messages import (
@@ -28,6 +27,7 @@ from grex_link.messages import (
 )
 from grex_link.profile import load_profile
 from grex_link.tdma import plan_schedule
+from grex_link.units import NS, tick_ns
 
 #: (topic, message)
 Output = tuple[str, Message]

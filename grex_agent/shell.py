@@ -4,11 +4,12 @@ from typing import Any
 
 from grex_agent.core import AgentCore
 from grex_agent.team.interface import needs_oracle
-from grex_link.clock import NS, WallClock
+from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.errors import FaultError
 from grex_link.messages import Clock, Fix, ModemEvent, Presence, Truth
 from grex_link.node import Outlet
+from grex_link.units import NS
 
 
 class Agent:

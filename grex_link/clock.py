@@ -2,7 +2,7 @@
 
 import time
 
-NS = 1_000_000_000
+from grex_link.units import NS
 
 
 class WallClock:
@@ -42,8 +42,3 @@ def monotonic_s() -> float:
 def sleep_s(seconds: float) -> None:
     """Let wall time pass."""
     time.sleep(seconds)
-
-
-def tick_ns(tick_s: float) -> int:
-    """Length of a tick in nanoseconds."""
-    return round(tick_s * NS)

@@ -2,13 +2,14 @@
 
 from typing import Any
 
-from grex_link.clock import NS, WallClock, tick_ns
+from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.errors import FaultError
 from grex_link.medium import Due, Medium, SlotMedium
 from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Step, Transmit, Truth
 from grex_link.node import Outlet
 from grex_link.profile import load_profile
+from grex_link.units import NS, tick_ns
 
 
 def make_medium(scenario: Scenario) -> Medium:

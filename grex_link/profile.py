@@ -7,8 +7,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from grex_link.clock import NS
 from grex_link.errors import ConfigError
+from grex_link.units import NS
 
 
 class ModemProfile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from grex_link.clock import NS
 from grex_link.config import LinkConfig, SlotConfig
 from grex_link.errors import ConfigError
 from grex_link.profile import ModemProfile
+from grex_link.units import NS
 from grex_link.wire import TEAM_STATE_BYTES
 
 

@@ -6,12 +6,12 @@ from typing import Any
 from grex_agent.mission import TeamPlan
 from grex_agent.team.interface import needs_oracle
 from grex_link import clock
-from grex_link.clock import NS, tick_ns
 from grex_link.config import Scenario
 from grex_link.errors import BusError, FaultError
 from grex_link.messages import Clock, LinkReport, Presence
 from grex_link.node import Outlet
 from grex_link.scenario import fingerprint
+from grex_link.units import NS, tick_ns
 from grex_sim.logbook import Logbook
 from grex_sim.sea import Sea
 

@@ -8,10 +8,11 @@ from typing import Any
 
 from grex_agent.mission import TeamPlan
 from grex_link import clock
-from grex_link.clock import NS, WallClock
+from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.messages import Clock, LinkReport, Setpoint
 from grex_link.node import Outlet
+from grex_link.units import NS
 from grex_sim.hub import Hub, Progress
 from grex_sim.logbook import Logbook
 

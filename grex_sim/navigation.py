@@ -3,9 +3,9 @@
 import math
 
 from grex_link import draws
-from grex_link.clock import NS
 from grex_link.config import NavigationConfig
 from grex_link.messages import Fix, Pose
+from grex_link.units import NS
 
 
 class Navigation:

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from grex_agent.mission import TeamPlan
-from grex_link.clock import tick_ns
 from grex_link.config import Scenario
 from grex_link.messages import Fix, Setpoint, Truth
+from grex_link.units import tick_ns
 from grex_sim.navigation import Navigation
 from grex_sim.vehicle import Vehicle
 
