@@ -49,7 +49,8 @@ class ThetaP:
         """Order a speed; see `SpeedController`."""
         wanted = planned_mps + self._gain * (sum(mates) - len(mates) * own)
         least, most = self._min, self._max
-        return least if wanted < least else min(wanted, most)
+        # Comparisons, not min() and max(): this runs for every mate at every step.
+        return least if wanted < least else most if wanted > most else wanted  # noqa: FURB136
 
 
 def quality(own: float, mates: Sequence[float]) -> float:

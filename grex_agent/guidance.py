@@ -36,7 +36,7 @@ class TrackKeeping:
         """
         correction = self._gain * place.xte_m
         limit = self._limit
-        correction = limit if correction > limit else max(correction, -limit)
+        correction = limit if correction > limit else -limit if correction < -limit else correction  # noqa: FURB136
         return wrap(place.course_rad - correction + self._lead_s * track.speed_mps * track.curvature)
 
 

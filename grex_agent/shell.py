@@ -7,9 +7,12 @@ from grex_agent.team.interface import needs_oracle
 from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.errors import FaultError
-from grex_link.messages import Clock, Fix, ModemEvent, Presence, Truth
+from grex_link.messages import AgentState, AgentStates, Clock, Fix, ModemEvent, Presence, Truth
 from grex_link.node import Outlet
 from grex_link.units import NS
+
+#: In lockstep a bundle lasts milliseconds, and a message less a step is a tenth of the whole cost.
+_BUNDLE = 10
 
 
 class Agent:
@@ -40,6 +43,8 @@ class Agent:
         self._truth: Truth | None = None
         self._events: dict[int, ModemEvent] = {}
         self._events_taken = 0
+        self._states: list[AgentState] = []
+        self._bundle = _BUNDLE if self._lockstep else 1
         self._clock: WallClock | None = None
         self._overdue_ns = round(scenario.team.fix_timeout_s * NS)
         self._next_alarm_ns = self._overdue_ns
@@ -92,10 +97,21 @@ class Agent:
         self._tick, self._now_ns = tick, now_ns
         self._next_alarm_ns = now_ns + self._overdue_ns
         for topic, message in self._core.step(tick, now_ns):
-            self._outlet.put(topic, self._craft, message)
+            if isinstance(message, AgentState):
+                self._states.append(message)
+                if len(self._states) >= self._bundle:
+                    self._send_states()
+            else:
+                self._outlet.put(topic, self._craft, message)
+
+    def _send_states(self) -> None:
+        if self._states:
+            self._outlet.put("state", self._craft, AgentStates(self._states))
+            self._states = []
 
     def _on_clock(self, message: Clock) -> None:
         if message.phase == "bye":
+            self._send_states()
             self.done = True
         elif not self._lockstep:
             self._clock = WallClock(self._pace, message.epoch_unix_ns)

@@ -10,7 +10,7 @@ import os
 import queue
 import random
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -96,7 +96,76 @@ def open_session(scenario: Scenario, *, router: bool) -> zenoh.Session:
             clock.sleep_s(_RETRY_S)
 
 
-class ZenohBus:
+class Session:
+    """A place on the bus below the topics: keys and bytes.
+
+    Zenoh hands samples to one queue through a thread of its own a subscriber; that costs less than callbacks on Zenoh's
+    receive thread, and the order between keys, which nobody relies on, is open. These threads end with `close` only: a
+    session that is not closed keeps the interpreter from ending.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Names the endpoints and the pace.
+    router : bool
+        Whether this is the hub, which listens; all others connect.
+    """
+
+    def __init__(self, scenario: Scenario, *, router: bool) -> None:
+        self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._block = scenario.clock.pace == "lockstep"
+        self._session = open_session(scenario, router=router)
+        self._declared: list[Any] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def subscribe(self, key_expression: str) -> None:
+        """Receive what others put there."""
+        self._declared.append(
+            self._session.declare_subscriber(key_expression, self._inbox.put, allowed_origin=zenoh.Locality.REMOTE)
+        )
+
+    def appear(self, token: str, watched: str) -> None:
+        """Hold a liveliness token and receive those of others; to be done last, when all subscribers are there."""
+        liveliness = self._session.liveliness()
+        self._declared.append(liveliness.declare_subscriber(watched, self._inbox.put, history=True))
+        self._declared.append(liveliness.declare_token(token))
+
+    def publisher(
+        self, key_expression: str, *, flush: bool = True, must_arrive: bool = True
+    ) -> Callable[[bytes], None]:
+        """Return a function that puts bytes there; in lockstep nothing is ever dropped."""
+        control = zenoh.CongestionControl
+        publisher = self._session.declare_publisher(
+            key_expression,
+            express=flush,
+            congestion_control=control.BLOCK if self._block or must_arrive else control.DROP,
+        )
+        return publisher.put
+
+    def receive(self, timeout_s: float | None) -> zenoh.Sample | None:
+        """Take the next sample, waiting `timeout_s` wall seconds at most; None if there was none."""
+        try:
+            sample: zenoh.Sample = self._inbox.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
+        return sample
+
+    def close(self) -> None:
+        """Leave the bus. A close that times out on a loaded machine is not worth an error."""
+        try:
+            self._session.close()  # type: ignore[no-untyped-call]
+        except zenoh.ZError as error:
+            log.warn("the bus did not close in time", error=str(error))
+
+
+class ZenohBus(Session):
     """One participant's place on the bus between processes.
 
     Parameters
@@ -107,76 +176,57 @@ class ZenohBus:
         ``agent``, ``link`` or ``sim``.
     who : str
         Its place: the craft's name for an agent, else the role.
+
+    Attributes
+    ----------
+    bad_payloads : Counter
+        Messages that did not decode, by key; logged once each, and dropped.
     """
 
     def __init__(self, scenario: Scenario, role: Role, who: str) -> None:
+        super().__init__(scenario, router=role == "sim")
         self._team = scenario.team.name
-        self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._encode = msgspec.msgpack.Encoder().encode
         self._routes: dict[str, tuple[str, str, msgspec.msgpack.Decoder[Any]]] = {}
-        self._publishers: dict[tuple[str, str], zenoh.Publisher] = {}
-        self._block = scenario.clock.pace == "lockstep"
+        self._publishers: dict[tuple[str, str], Callable[[bytes], None]] = {}
         self.bad_payloads: Counter[str] = Counter()
-        self._session = open_session(scenario, router=role == "sim")
-        into_inbox = zenoh.handlers.Callback(self._inbox.put, indirect=False)
-        self._declared: list[Any] = [
-            self._session.declare_subscriber(key(self._team, topic, craft), into_inbox,
-                                             allowed_origin=zenoh.Locality.REMOTE)
-            for topic, craft in subscriptions(role, who)
-        ]  # fmt: skip
-        liveliness = self._session.liveliness()
-        watched = "*" if role == "sim" else "sim"
-        self._declared.append(
-            liveliness.declare_subscriber(presence_key(self._team, watched, "*"), into_inbox, history=True)
-        )
-        self._declared.append(liveliness.declare_token(presence_key(self._team, who, fingerprint(scenario))))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+        try:
+            for topic, craft in subscriptions(role, who):
+                self.subscribe(key(self._team, topic, craft))
+            watched = presence_key(self._team, "*" if role == "sim" else "sim", "*")
+            self.appear(presence_key(self._team, who, fingerprint(scenario)), watched)
+        except BaseException:
+            self.close()
+            raise
 
     def put(self, topic: str, craft: str, message: Message) -> None:
         """Write a message to a topic. In lockstep it is never dropped."""
-        publisher = self._publishers.get((topic, craft))
-        if publisher is None:
-            publisher = self._publishers[topic, craft] = self._session.declare_publisher(
-                key(self._team, topic, craft),
-                express=TOPICS[topic].flush,
-                congestion_control=zenoh.CongestionControl.BLOCK
-                if self._block or TOPICS[topic].rate == "event"
-                else zenoh.CongestionControl.DROP,
+        put = self._publishers.get((topic, craft))
+        if put is None:
+            row = TOPICS[topic]
+            name = key(self._team, topic, craft)
+            put = self._publishers[topic, craft] = self.publisher(
+                name, flush=row.flush, must_arrive=row.rate == "event"
             )
-        publisher.put(self._encode(message))
+        put(self._encode(message))
 
-    def receive(self, timeout_s: float | None) -> Envelope | None:
-        """Take the next message, waiting `timeout_s` wall seconds at most; None if there was none."""
-        try:
-            sample = self._inbox.get(timeout=timeout_s)
-        except queue.Empty:
+    def take(self, timeout_s: float | None) -> Envelope | None:
+        """Take the next message, waiting `timeout_s` wall seconds at most; None if there was none that decodes."""
+        sample = self.receive(timeout_s)
+        if sample is None:
             return None
         name = str(sample.key_expr)
-        route = self._routes.get(name) or self._route(name)
-        if route[0] == "presence":
+        topic, craft, decoder = self._routes.get(name) or self._route(name)
+        if topic == "presence":
             alive = sample.kind == zenoh.SampleKind.PUT
-            return "presence", route[1], Presence(route[1], alive, name.rpartition("/")[2])
+            return topic, craft, Presence(craft, alive, name.rpartition("/")[2])
         try:
-            return route[0], route[1], route[2].decode(sample.payload.to_bytes())
+            return topic, craft, decoder.decode(sample.payload.to_bytes())
         except msgspec.DecodeError as error:
             self.bad_payloads[name] += 1
             if self.bad_payloads[name] == 1:
                 log.warn("dropped a message that does not decode", key=name, error=str(error))
             return None
-
-    def close(self) -> None:
-        """Leave the bus. A close that times out on a loaded machine is not worth an error."""
-        try:
-            self._session.close()  # type: ignore[no-untyped-call]
-        except zenoh.ZError as error:
-            log.warn("the bus did not close in time", error=str(error))
 
     def _route(self, name: str) -> tuple[str, str, msgspec.msgpack.Decoder[Any]]:
         below = name.removeprefix(f"grex/{self._team}/")
@@ -252,7 +302,7 @@ def serve(bus: ZenohBus, node: Node, chaos_delay_s: float = 0.0) -> None:
         Longest random sleep before each message (see `ClockConfig.chaos_delay_s`).
     """
     while not node.done:
-        envelope = bus.receive(node.wall_s_to_deadline())
+        envelope = bus.take(node.wall_s_to_deadline())
         if chaos_delay_s:
             clock.sleep_s(random.uniform(0.0, chaos_delay_s))  # noqa: S311 - no cryptography, and no result depends on it
         if envelope is not None:

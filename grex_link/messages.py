@@ -120,6 +120,12 @@ class AgentState(Message, frozen=True):
     """Datagrams since the start that were no team state of a mate."""
 
 
+class AgentStates(Message, frozen=True):
+    """Agent → bench: one or several states, oldest first; in lockstep they are sent in bundles."""
+
+    states: list[AgentState]
+
+
 class Pose(Message, frozen=True):
     """The true state of one craft."""
 

@@ -11,19 +11,16 @@ from mcap.records import Channel
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from grex_link import clock
 from grex_link.messages import Message
 from grex_link.topics import TOPICS
 
 _CHUNK_BYTES = 256 * 1024
-_FLUSH_S = 0.5
 
 
 class Recorder:
     """An MCAP file being written.
 
-    It is append-only, and what is older than half a second of wall time is on disk: the file of a run that was killed
-    opens and holds everything up to then.
+    It is append-only: the file of a run that was killed opens and holds everything up to the last `flush`.
 
     Parameters
     ----------
@@ -41,7 +38,6 @@ class Recorder:
         self._encode = msgspec.json.Encoder().encode
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, str], int] = {}
-        self._flush_at = 0.0
 
     def write(self, topic: str, craft: str, t_ns: int, message: Message) -> None:
         """Record a message at a mission time."""
@@ -50,12 +46,9 @@ class Recorder:
             channel = self._channels[topic, craft] = self._register(topic, craft)
         self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
 
-    def flush_if_due(self) -> None:
-        """Put everything on disk, if half a second of wall time has passed since the last time."""
-        now = clock.monotonic_s()
-        if now >= self._flush_at:
-            self._flush_at = now + _FLUSH_S
-            self._writer.flush()  # type: ignore[no-untyped-call]
+    def flush(self) -> None:
+        """Put everything on disk that has been written."""
+        self._writer.flush()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
         """Write the index and close the file."""
@@ -66,8 +59,8 @@ class Recorder:
         row = TOPICS[topic]
         schema = self._schemas.get(topic)
         if schema is None:
-            data = msgspec.json.encode(msgspec.json.schema(row.type))
-            schema = self._schemas[topic] = self._writer.register_schema(row.type.__name__, "jsonschema", data)
+            data = msgspec.json.encode(msgspec.json.schema(row.recorded))
+            schema = self._schemas[topic] = self._writer.register_schema(row.recorded.__name__, "jsonschema", data)
         return self._writer.register_channel("/" + row.key.format(craft=craft), "json", schema)
 
 

@@ -30,8 +30,8 @@ class Topic:
         Roles; ``sim`` reads what it must count or record.
     rate : str
         Nominal rate: every tick, or on an event.
-    recorded : bool
-        Whether it goes into the MCAP file.
+    recorded : type or None
+        The Struct that goes into the MCAP file; None if it is not recorded.
     flush : bool
         Whether a write leaves at once. A message that is followed by another one at once need not.
     """
@@ -42,7 +42,7 @@ class Topic:
     writers: tuple[Role, ...]
     readers: tuple[Role, ...]
     rate: Literal["tick", "event"]
-    recorded: bool
+    recorded: Any
     flush: bool = True
 
     @property
@@ -54,19 +54,21 @@ class Topic:
 TOPICS: dict[str, Topic] = {
     topic.name: topic
     for topic in (
-        Topic("fix", "{craft}/fix", m.Fix, ("frontseat", "sim"), ("agent",), "tick", recorded=True),
-        Topic("setpoint", "{craft}/setpoint", m.Setpoint, ("agent",), ("frontseat", "sim"), "tick", recorded=True),
+        Topic("fix", "{craft}/fix", m.Fix, ("frontseat", "sim"), ("agent",), "tick", recorded=m.Fix),
+        Topic("setpoint", "{craft}/setpoint", m.Setpoint, ("agent",), ("frontseat", "sim"), "tick",
+              recorded=m.Setpoint),
         Topic("modem_tx", "{craft}/modem/tx", m.Transmit, ("agent",), ("modem", "link", "sim"), "event",
-              recorded=True, flush=False),
+              recorded=m.Transmit, flush=False),
         Topic("modem_rx", "{craft}/modem/rx", m.ModemEvent, ("modem", "link"), ("agent", "sim"), "event",
-              recorded=True),
-        Topic("state", "{craft}/state", m.AgentState, ("agent",), ("sim",), "tick", recorded=True, flush=False),
-        Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=False, flush=False),
-        Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "link"), "event", recorded=False),
-        Topic("truth", "truth", m.Truth, ("sim",), ("link",), "tick", recorded=True),
-        Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=False),
-        Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=False),
-        Topic("link_event", "link/event", m.LinkEvent, (), (), "event", recorded=True),
+              recorded=m.ModemEvent),
+        Topic("state", "{craft}/state", m.AgentStates, ("agent",), ("sim",), "tick",
+              recorded=m.AgentState, flush=False),
+        Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=None, flush=False),
+        Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "link"), "event", recorded=None),
+        Topic("truth", "truth", m.Truth, ("sim",), ("link",), "tick", recorded=m.Truth),
+        Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=None),
+        Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=None),
+        Topic("link_event", "link/event", m.LinkEvent, (), (), "event", recorded=m.LinkEvent),
     )
 }  # fmt: skip
 

@@ -55,7 +55,6 @@ class Hub:
         self._logbook = logbook
         self._progress = progress
         self._progress_at = 0.0
-        self._pending: list[tuple[str, str, Any]] = []
         self._start_by = clock.monotonic_s() + scenario.clock.start_timeout_s
 
     @property
@@ -78,10 +77,11 @@ class Hub:
         if topic == "presence":
             self._on_presence(message)
         elif topic == "report":
-            self._on_report(message)
+            if not self.done:
+                self._on_report(message)
         else:
-            self._pending.append((topic, craft, message))
-            if topic == "setpoint":
+            self._logbook.message(topic, craft, message)
+            if topic == "setpoint" and not self.done:
                 self._on_setpoint(craft, message)
 
     def wall_s_to_deadline(self) -> float | None:
@@ -127,15 +127,12 @@ class Hub:
             if self._oracle:
                 self._outlet.put("oracle", craft, truth)
             self._outlet.put("fix", craft, fix)
-            self._pending.append(("fix", craft, fix))
+            self._logbook.message("fix", craft, fix)
 
-    def _take_down(self) -> None:
-        """Record what has passed; done while the agents are busy with the next tick."""
-        pending, self._pending = self._pending, []
-        for topic, craft, message in pending:
-            self._logbook.message(topic, craft, message)
-        self._logbook.flush_if_due()
+    def _write_and_tell(self) -> None:
+        """Write what has passed and tell how far we are; done while the agents are busy with the next tick."""
         now = clock.monotonic_s()
+        self._logbook.write_if_due(now)
         if now >= self._progress_at:
             self._progress_at = now + _PROGRESS_S
             self._progress(self.now_s)

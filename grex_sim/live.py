@@ -68,12 +68,11 @@ class LiveHub(Hub):
         self._logbook.truth(self._sea.truth)
         self._due_tick += 1
         if self._sea.tick >= self._last_tick:
-            self._take_down()
             self.say_goodbye()
             return
         self._outlet.put("truth", "", self._sea.truth)
         self._publish_fixes([0] * len(self._team))
-        self._take_down()
+        self._write_and_tell()
 
     def _on_report(self, report: LinkReport) -> None:
         end_ns = self._last_tick * self._tick_ns
@@ -81,10 +80,8 @@ class LiveHub(Hub):
 
     def handle(self, topic: str, craft: str, message: Any) -> None:
         """Take one message; a tick that is due comes first."""
-        if self.done:
-            return
         super().handle(topic, craft, message)
-        if self.running and self._wall_s_to_next() == 0.0:
+        if self.running and not self.done and self._wall_s_to_next() == 0.0:
             self._on_time()
 
 

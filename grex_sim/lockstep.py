@@ -13,7 +13,6 @@ scheduling of any number of processes gives the same result.
 """
 
 import heapq
-from typing import Any
 
 from grex_agent.mission import TeamPlan
 from grex_link import clock
@@ -70,7 +69,7 @@ class LockstepHub(Hub):
         # The agents (or the link) are at work now: the time to take things down.
         self._logbook.setpoints(setpoints, self._team)
         self._logbook.truth(self._sea.truth)
-        self._take_down()
+        self._write_and_tell()
         if over:
             self._finish_if_reported()
 
@@ -106,7 +105,6 @@ class LockstepHub(Hub):
 
     def _finish_if_reported(self) -> None:
         if self._sea.tick >= self._last_tick and self._reported_through >= self._last_tick - 1 and not self.done:
-            self._take_down()
             self.say_goodbye()
 
     def _wall_s_to_next(self) -> float | None:
@@ -122,8 +120,3 @@ class LockstepHub(Hub):
             f"has not answered for {self._config.barrier_timeout_s:g} s of wall time",
             self.now_s,
         )
-
-    def handle(self, topic: str, craft: str, message: Any) -> None:
-        """Take one message from the bus."""
-        if not self.done:
-            super().handle(topic, craft, message)

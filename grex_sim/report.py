@@ -1,5 +1,360 @@
-"""Pictures and texts of plans and runs; the only user of matplotlib."""
+"""Pictures of plans and runs; the only user of matplotlib, which is imported when there is something to draw.
+
+Pictures of tracks have north up and east to the right. Colours are Okabe and Ito's, which the colour-blind can tell
+apart; where they run out, lines are broken in other ways, and craft are numbered in the order of the team.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import shorten
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grex_agent.manoeuvre import ManoeuvreProcessor
+from grex_agent.mission import CraftPlan, TeamPlan
+from grex_agent.path import Track
+from grex_link.config import Scenario
+from grex_link.errors import ConfigError
+from grex_sim.plan_text import plan_text
+from grex_sim.score import Series
+from grex_sim.summary import SERIES_FILE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw", "draw_plan", "plan_text", "relative_positions"]
+
+PICTURE_FILE = "run.png"
+_DOTS_PER_INCH = 110
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+_DASHES = ("-", "--", ":", "-.", (0, (8, 2, 1, 2, 1, 2)))
+#: The parts of fd(k): column of series.csv, name, unit, shade.
+_PARTS = (
+    ("fd_distance", "distance", "m", "#d0d7de"),
+    ("fd_angle", "angle", "rad", "#8c99a6"),
+    ("fd_xte", "cross-track", "m", "#3d4852"),
+)
+_FORMATIONS = 9
+_DESIRED = 60
+_SAMPLES_MAX = 6000
+_LEGEND_MAX = 40
 
 
-def draw(folder, config, plan):
-    pass
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """What a run's series.csv holds: t_s and fd's columns by name, and positions of shape (l, craft, 2)."""
+
+    columns: dict[str, Series]
+    positions: Series
+
+
+def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
+    """Draw a run: its tracks, fd(k) (paper, Fig. 11) and the positions relative to the first craft (Fig. 12).
+
+    Parameters
+    ----------
+    folder : Path
+        The run's folder, with series.csv; run.png goes there.
+    scenario : Scenario
+        What was run.
+    plan : TeamPlan
+        What was planned for it.
+
+    Returns
+    -------
+    Path or None
+        The picture; None if the run broke off before its first tick, so that there is nothing to draw.
+
+    Raises
+    ------
+    ConfigError
+        If the picture cannot be written.
+    """
+    run = _read(folder / SERIES_FILE, list(scenario.craft))
+    if run is None:
+        return None
+    figure = _figure(14.0, 10.5)
+    axes: dict[str, Axes] = figure.subplot_mosaic(**_arrangement(plan))
+    _draw_tracks(axes["tracks"], run, plan)
+    _draw_deviation(axes["fd"], run)
+    if "relative" in axes:
+        _draw_relative(axes["relative"], run, plan)
+    subtitle = f"estimator {scenario.team.estimator}, {len(scenario.craft)} craft, {run.columns['t_s'][-1]:.0f} s"
+    _finish(figure, scenario, subtitle)
+    return _save(figure, folder / PICTURE_FILE)
+
+
+def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
+    """Draw the planned tracks with their numbers and directions.
+
+    Parameters
+    ----------
+    path : Path
+        Where the picture goes; its suffix says of which kind it is, PNG without one.
+    scenario : Scenario
+        What was asked for.
+    plan : TeamPlan
+        What was planned for it.
+
+    Raises
+    ------
+    ConfigError
+        If the picture cannot be written.
+    """
+    north, east = _extent(plan)
+    figure = _figure(12.0, 2.5 + 10.0 * min(max(north / east, 0.35), 0.9))
+    axes = figure.subplots()
+    _set_up_map(axes)
+    axes.set_title("Planned tracks, with their numbers")
+    _fill_formation(axes, np.array([craft.point(0.0) for craft in plan.craft.values()]), "formation at the start")
+    for place, craft in enumerate(plan.craft.values()):
+        axes.plot(*_path(craft).T[::-1], color=_colour(place), linestyle=_dash(place), linewidth=1.6)
+    _mark_ends(axes, plan)
+    _mark_tracks(axes, plan, 0.035 * math.hypot(north, east))
+    _name_craft(axes, plan)
+    _finish(figure, scenario, f"{len(scenario.craft)} craft, {plan.duration_s:.0f} s")
+    _save(figure, path)
+
+
+def relative_positions(positions: Series, plan: TeamPlan) -> tuple[Series, Series]:
+    """Place the other craft in the frame of the first one, which turns with the first one's planned track.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (l, craft, 2)
+        True north and east, metres.
+    plan : TeamPlan
+        The plan, in the same order of craft.
+
+    Returns
+    -------
+    desired, real : ndarray, shape (l, craft - 1, 2)
+        Metres ahead and to starboard of the first craft; desired is the plan at the first craft's progress.
+    """
+    first, *others = plan.craft.values()
+    processor = ManoeuvreProcessor(first)
+    courses, planned = np.empty(len(positions)), np.empty_like(positions)
+    for step, (north, east) in enumerate(positions[:, 0].tolist()):
+        courses[step] = processor.follow(north, east).course_rad
+        planned[step] = [craft.point(processor.progress) for craft in (first, *others)]
+    return _turned(planned, courses), _turned(positions, courses)
+
+
+def _turned(positions: Series, courses: Series) -> Series:
+    away = positions[:, 1:] - positions[:, :1]
+    cos, sin = np.cos(courses)[:, None], np.sin(courses)[:, None]
+    ahead, starboard = away[..., 0] * cos + away[..., 1] * sin, away[..., 1] * cos - away[..., 0] * sin
+    return np.stack([ahead, starboard], axis=-1)
+
+
+def _read(path: Path, team: Sequence[str]) -> _Run | None:
+    """Read a series, thinned out to what a picture can show; fd's means are those of all steps."""
+    if not path.is_file():
+        return None
+    names, *rows = path.read_text(encoding="utf-8").splitlines()
+    if not rows:
+        return None
+    table = np.loadtxt(rows, delimiter=",", ndmin=2)
+    columns = dict(zip(names.split(","), table.T, strict=True))
+    places = [[columns[f"{craft}_{axis}_m"] for axis in ("north", "east")] for craft in team]
+    return _Run(columns, np.array(places).transpose(2, 0, 1))
+
+
+# -- the three panels of a run ------------------------------------------------------------------------------------
+
+
+def _arrangement(plan: TeamPlan) -> dict[str, Any]:
+    """Give the tracks the whole width, or the whole height, whichever they need more."""
+    north, east = _extent(plan)
+    alone = len(plan.craft) == 1
+    if east >= north:
+        below = ["fd", "fd"] if alone else ["fd", "relative"]
+        return {"mosaic": [["tracks", "tracks"], below], "width_ratios": [1.5, 1.0], "height_ratios": [1.2, 1.0]}
+    return {"mosaic": [["tracks", "fd"], ["tracks", "fd" if alone else "relative"]], "width_ratios": [1.0, 1.1]}
+
+
+def _draw_tracks(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
+    _set_up_map(axes)
+    axes.set_title("Tracks")
+    for place, craft in enumerate(plan.craft.values()):
+        label = "" if place else "planned track"
+        axes.plot(*_path(craft).T[::-1], color="0.55", linestyle=(0, (4, 3)), linewidth=0.8, label=label)
+    steps = np.unique(np.linspace(0, len(run.positions) - 1, _FORMATIONS).astype(int))
+    for step in steps:
+        _fill_formation(axes, run.positions[step], "" if step else "formation")
+    thin = _thin(run.positions)
+    for place in range(len(plan.craft)):
+        axes.plot(thin[:, place, 1], thin[:, place, 0], color=_colour(place), linestyle=_dash(place), linewidth=1.2)
+    _mark_ends(axes, plan)
+    _name_craft(axes, plan)
+
+
+def _draw_deviation(axes: "Axes", run: _Run) -> None:
+    names, labels, units, shades = zip(*_PARTS, strict=True)
+    means = [run.columns[name].mean() for name in names]
+    labels = [f"{label} (mean {mean:.3g} {unit})" for label, mean, unit in zip(labels, means, units, strict=True)]
+    time_s, total = _thin(run.columns["t_s"]), _thin(run.columns["fd"])
+    axes.stackplot(time_s, *(_thin(run.columns[name]) for name in names), colors=shades, labels=labels, linewidth=0.0)
+    axes.plot(time_s, total, color="black", linewidth=0.7, marker="o" if len(time_s) == 1 else "", label="fd(k)")
+    axes.set_title(f"Formation deviation FD = {run.columns['fd'].mean():.4f}, the mean of fd(k)")
+    axes.set(xlabel="mission time (s)", ylabel="fd(k): sum of its parts (m, rad, m)", axisbelow=True)
+    axes.set_ylim(0.0, 1.3 * max(float(total.max()), 1e-3))
+    axes.margins(x=0.01)
+    axes.grid(visible=True, color="0.9", linewidth=0.6)
+    axes.legend(loc="upper left", ncols=2, frameon=False, fontsize="small")
+
+
+def _draw_relative(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
+    desired, real = relative_positions(run.positions, plan)
+    errors = np.hypot(*(real - desired).transpose(2, 0, 1))
+    _set_up_map(axes, "starboard (m)", "ahead (m)")
+    axes.set_title(
+        f"Positions relative to {next(iter(plan.craft))}:\n"
+        f"{math.sqrt(float((errors**2).mean())):.3g} m r.m.s. off the desired, {errors.max():.3g} m at most"
+    )
+    axes.plot(0.0, 0.0, "^", color=_colour(0), markersize=9)
+    for place, (ahead, starboard) in enumerate(_thin(real).transpose(1, 2, 0), start=1):
+        axes.plot(starboard, ahead, ".-", color=_colour(place), markersize=2.0, linewidth=0.6)
+    wanted = desired[np.unique(np.linspace(0, len(desired) - 1, _DESIRED).astype(int))]
+    axes.plot(*wanted.reshape(-1, 2).T[::-1], "k+", markersize=11, label="desired place")
+    for place, (ahead, starboard) in enumerate(wanted[0], start=2):
+        axes.annotate(str(place), (starboard, ahead), (5, 5), textcoords="offset points", fontsize="small")
+
+
+# -- parts of maps ------------------------------------------------------------------------------------------------
+
+
+def _set_up_map(axes: "Axes", across: str = "east (m)", up: str = "north (m)") -> None:
+    axes.set(xlabel=across, ylabel=up, axisbelow=True)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(visible=True, color="0.9", linewidth=0.6)
+
+
+def _fill_formation(axes: "Axes", places: Series, label: str) -> None:
+    if len(places) > 1:
+        axes.fill(places[:, 1], places[:, 0], facecolor="0.5", edgecolor="0.3", alpha=0.45, linewidth=1.0, label=label)
+
+
+def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:
+    starts = np.array([craft.point(0.0) for craft in plan.craft.values()])
+    axes.scatter(
+        starts[:, 1],
+        starts[:, 0],
+        s=36,
+        c=[_colour(place) for place in range(len(starts))],
+        edgecolors="white",
+        zorder=4,
+        label="start",
+    )
+
+
+def _mark_tracks(axes: "Axes", plan: TeamPlan, apart_m: float) -> None:
+    """Put numbers and arrows on the tracks, as many as find room."""
+    taken: set[tuple[int, int]] = set()
+    for place, craft in enumerate(plan.craft.values()):
+        for number, track in enumerate(craft.tracks):
+            north, east = track.point(0.5)
+            if _find_room(taken, north / apart_m, east / apart_m):
+                _put_number(axes, number, north, east, _colour(place))
+    for place, craft in enumerate(plan.craft.values()):
+        for track in craft.tracks:
+            if _find_room(taken, *(metres / apart_m for metres in track.point(0.25))):
+                _put_arrow(axes, track, _colour(place))
+
+
+def _find_room(taken: set[tuple[int, int]], north: float, east: float) -> bool:
+    """Take a cell of a grid if it and all its neighbours are free."""
+    cell = math.floor(north), math.floor(east)
+    if any((cell[0] + up, cell[1] + across) in taken for up in (-1, 0, 1) for across in (-1, 0, 1)):
+        return False
+    taken.add(cell)
+    return True
+
+
+def _put_number(axes: "Axes", number: int, north: float, east: float, colour: str) -> None:
+    box = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "linewidth": 0.8}
+    axes.text(east, north, str(number), ha="center", va="center", fontsize="small", bbox=box, zorder=5, clip_on=True)
+
+
+def _put_arrow(axes: "Axes", track: Track, colour: str) -> None:
+    behind, tip = track.point(0.249), track.point(0.25)
+    style = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 18}
+    axes.annotate("", tip[::-1], behind[::-1], arrowprops=style, zorder=4)
+
+
+def _name_craft(axes: "Axes", plan: TeamPlan) -> None:
+    """Enter the craft into the legend, with their numbers."""
+    names = list(plan.craft)
+    for place, craft in enumerate(names[:_LEGEND_MAX]):
+        label = f"{place + 1}: {craft}"
+        axes.plot([], [], color=_colour(place), linestyle=_dash(place), linewidth=1.8, label=label)
+    if len(names) > _LEGEND_MAX:
+        axes.plot([], [], " ", label=f"and {len(names) - _LEGEND_MAX} more")
+
+
+def _path(craft: CraftPlan) -> Series:
+    """Points along all tracks, shape (n, 2); on arcs one every three degrees."""
+    return np.array([point for track in craft.tracks for point in _points(track)])
+
+
+def _points(track: Track) -> Iterator[tuple[float, float]]:
+    pieces = max(1, math.ceil(abs(track.curvature) * track.length_m / math.radians(3.0)))
+    return (track.point(piece / pieces) for piece in range(pieces + 1))
+
+
+def _extent(plan: TeamPlan) -> tuple[float, float]:
+    """Size of all planned tracks to the north and to the east, metres, never 0."""
+    points = np.concatenate([_path(craft) for craft in plan.craft.values()])
+    north, east = np.maximum(points.max(axis=0) - points.min(axis=0), 1.0).tolist()
+    return north, east
+
+
+# -- figures ------------------------------------------------------------------------------------------------------
+
+
+def _colour(place: int) -> str:
+    return _COLOURS[place % len(_COLOURS)]
+
+
+def _dash(place: int) -> Any:
+    return _DASHES[place // len(_COLOURS) % len(_DASHES)]
+
+
+def _thin(series: Series) -> Series:
+    """Leave out steps that no picture could show."""
+    return series[:: math.ceil(len(series) / _SAMPLES_MAX)]
+
+
+def _figure(width_inch: float, height_inch: float) -> "Figure":
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure((width_inch, height_inch), dpi=_DOTS_PER_INCH, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _finish(figure: "Figure", scenario: Scenario, subtitle: str) -> None:
+    """Give the figure its title, and below one legend for all panels but that of fd(k)."""
+    title = shorten(scenario.title, 110, placeholder=" …")
+    figure.suptitle(f"{title}\n{subtitle}" if title else subtitle, parse_math=False)
+    handles, labels = [], []
+    for axes in figure.axes:
+        if axes.get_legend() is None:
+            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+                handles.append(handle)
+                labels.append(label)
+    columns = max(1, min(len(labels), 150 // (6 + max(map(len, labels)))))
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
+
+
+def _save(figure: "Figure", path: Path) -> Path:
+    try:
+        figure.savefig(path, format=path.suffix[1:] or "png")
+    except (OSError, ValueError) as error:
+        raise ConfigError("--out", f"cannot write the picture {path}: {error}") from None
+    return path

@@ -111,6 +111,10 @@ def _see_off(bus: ZenohBus, hub: Hub) -> None:
     present = set(hub.present)
     deadline = clock.monotonic_s() + _FAREWELL_S
     while present and clock.monotonic_s() < deadline:
-        envelope = bus.receive(0.05)
-        if envelope is not None and envelope[0] == "presence" and not envelope[2].alive:
+        envelope = bus.take(0.05)
+        if envelope is None:
+            continue
+        if envelope[0] != "presence":
+            hub.handle(*envelope)  # the last words of the agents
+        elif not envelope[2].alive:
             present.discard(envelope[1])

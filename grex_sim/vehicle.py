@@ -33,12 +33,12 @@ class LagLoop:
 
     def limited(self, wanted: float) -> float:
         """Return a wanted value within the limits."""
-        return self.min if wanted < self.min else min(wanted, self.max)
+        return self.min if wanted < self.min else self.max if wanted > self.max else wanted  # noqa: FURB136
 
     def change(self, error: float) -> float:
         """How far the state moves in one step towards a value that is `error` away."""
         change, most = error * self._gain, self._change_max
-        return most if change > most else max(change, -most)
+        return most if change > most else -most if change < -most else change  # noqa: FURB136
 
 
 class Vehicle:

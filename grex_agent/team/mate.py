@@ -8,6 +8,7 @@ with every other message at its own place: the result does not depend on the ord
 import math
 from collections import deque
 from collections.abc import Sequence
+from itertools import islice
 
 from grex_agent.coordination import SpeedController
 from grex_agent.guidance import TrackKeeping
@@ -120,13 +121,14 @@ class MateFilter:
 
     def advance(self, now_s: float) -> None:
         """KF 1: predict up to a time, in steps of a tick where more has passed."""
-        last = self._history[-1]
+        history = self._history
+        last = history[-1]
         while now_s - last.t_s > 1.5 * self._tick_s:
             last = self._append(last, last.t_s + self._tick_s)
         if now_s - last.t_s > _SAME_TIME_S:
             self._append(last, now_s)
-        while self._too_old(now_s):
-            self._history.popleft()
+        while now_s - history[0].t_s > self._memory_s:
+            history.popleft()
 
     def drive(self, others: Sequence[float]) -> None:
         """Say how far the others are, as this mate is thought to see it; it holds until told anew."""
@@ -149,9 +151,6 @@ class MateFilter:
         return True
 
     # -- inside -------------------------------------------------------------------------------------------------
-
-    def _too_old(self, now_s: float) -> bool:
-        return len(self._history) > 1 and now_s - self._history[1].t_s > self._memory_s
 
     def _append(self, last: Entry, t_s: float) -> Entry:
         u_north, u_east = self._order(last)
@@ -198,19 +197,19 @@ class MateFilter:
 
     def _recalculate(self, index: int) -> None:
         """Go through the history from an entry on, with every message at its place."""
-        entries = list(self._history)[index:]
+        entries = list(islice(self._history, index, None))
         kf2 = self._recalculation
-        processor = self._processor
-        processor.go_to(entries[0].number)
+        self._processor.go_to(entries[0].number)
         kf2.start(entries[0].prior)
         for entry, following in zip(entries, [*entries[1:], None], strict=True):
+            entry.state = entry.prior
             if entry.message is not None:
                 kf2.update(entry.message.north_m, entry.message.east_m)
+                entry.state = kf2.state
                 # The mate knows its own track best; without this an estimate that ran ahead could never come back.
-                processor.go_to(entry.message.track)
-            entry.state = kf2.state
+                self._processor.go_to(entry.message.track)
             self._locate(entry)
             if following is not None:
                 kf2.predict(*self._order(entry), following.t_s - entry.t_s)
                 following.prior = kf2.state
-                following.number = processor.number
+                following.number = self._processor.number

@@ -31,7 +31,7 @@ class FirstLevel:
         """Advance, work in what was heard, and say what is believed; see `TeamEstimator`."""
         del sent
         self._advance(now_s, heard)
-        self._drive([own.progress] * len(self._mates))
+        self._drive(own.progress)
         return self._beliefs(now_s)
 
     def _filter(self, craft: str) -> MateFilter:
@@ -52,11 +52,12 @@ class FirstLevel:
         for report in heard:
             self._mates[report.craft].correct(report.state)
 
-    def _drive(self, own_as_seen: Sequence[float]) -> None:
-        """Tell every mate's model how far the others are; `own_as_seen` is the own progress in the eyes of each."""
+    def _drive(self, own_as_seen: float) -> list[float]:
+        """Tell every mate's model how far the others are, oneself as the mates see it; return how far the mates are."""
         progress = [mate.progress for mate in self._mates.values()]
         for place, mate in enumerate(self._mates.values()):
-            mate.drive([own_as_seen[place], *progress[:place], *progress[place + 1 :]])
+            mate.drive([own_as_seen, *progress[:place], *progress[place + 1 :]])
+        return progress
 
     def _beliefs(self, now_s: float) -> list[MateBelief]:
         return [
@@ -73,10 +74,11 @@ class FirstLevel:
 
 
 class SecondLevel(FirstLevel):
-    """Besides, for every mate, an estimator of what that mate believes about oneself (GREX 2008, case d).
+    """Besides, an estimator of what the mates believe about oneself, which drives their models (GREX 2008, case d).
 
     It is corrected only by the own messages, at the moment the modem says that they have left: that is when the mates
-    have them, if they have them.
+    have them, if they have them. The paper draws one such estimator a mate; all mates are taken to hear the same
+    messages and to see the others alike, so they would be equal, and one stands for all.
 
     Parameters
     ----------
@@ -86,18 +88,14 @@ class SecondLevel(FirstLevel):
 
     def __init__(self, context: TeamContext) -> None:
         super().__init__(context)
-        self._own_as_seen = [self._filter(context.craft) for _ in self._mates]
+        self._own_as_seen = self._filter(context.craft)
 
     def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Advance, work in what was heard and sent, and say what is believed; see `TeamEstimator`."""
         del own
         self._advance(now_s, heard)
-        for own_as_seen in self._own_as_seen:
-            own_as_seen.advance(now_s)
-            for state in sent:
-                own_as_seen.correct(state)
-        self._drive([own_as_seen.progress for own_as_seen in self._own_as_seen])
-        everybody = [mate.progress for mate in self._mates.values()]
-        for own_as_seen in self._own_as_seen:
-            own_as_seen.drive(everybody)
+        self._own_as_seen.advance(now_s)
+        for state in sent:
+            self._own_as_seen.correct(state)
+        self._own_as_seen.drive(self._drive(self._own_as_seen.progress))
         return self._beliefs(now_s)
