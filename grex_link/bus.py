@@ -22,7 +22,7 @@ import zenoh
 
 from grex_link import clock, log
 from grex_link.config import Scenario
-from grex_link.errors import BusError
+from grex_link.errors import ConfigError
 from grex_link.messages import Message, Presence
 from grex_link.node import Node
 from grex_link.scenario import fingerprint
@@ -74,25 +74,23 @@ def open_session(scenario: Scenario, *, router: bool) -> zenoh.Session:
 
     Raises
     ------
-    BusError
+    ConfigError
         If the endpoint cannot be listened on, or nobody answers there within the start timeout.
     """
     endpoints = scenario.bus.endpoints or DEFAULT_ENDPOINTS
+    where = ", ".join(endpoints)
     config = session_config(router=router, endpoints=endpoints, lockstep=scenario.clock.pace == "lockstep")
     deadline = clock.monotonic_s() + scenario.clock.start_timeout_s
     while True:
         try:
             return zenoh.open(config)
-        except zenoh.ZError as error:
-            where = ", ".join(endpoints)
+        except zenoh.ZError:
             if router:
-                raise BusError(
-                    f"$.bus.endpoints: cannot listen on {where} (in use, or no such address); choose another port"
-                ) from error
+                problem = f"cannot listen on {where}: the port is in use, or the address is not of this machine"
+                raise ConfigError("$.bus.endpoints", problem) from None
             if clock.monotonic_s() > deadline:
-                raise BusError(
-                    f"$.bus.endpoints: nobody answers at {where}; start the simulator, or correct the endpoint"
-                ) from None
+                problem = f"nobody answers at {where}; start the simulator, or correct the endpoint"
+                raise ConfigError("$.bus.endpoints", problem) from None
             clock.sleep_s(_RETRY_S)
 
 

@@ -114,6 +114,7 @@ class Emulator:
             self._work()
         else:
             self._medium.transmit(craft, request)
+            self.on_deadline()
 
     def _place(self, truth: Truth) -> None:
         if self._pace != "lockstep":

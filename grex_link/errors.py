@@ -36,7 +36,7 @@ class ConfigError(GrexError):
 
 
 class BusError(GrexError):
-    """The bus cannot be opened, or is gone."""
+    """Not everybody is on the bus, or not with the same scenario."""
 
 
 class WireError(GrexError):

@@ -153,7 +153,7 @@ class Hub:
             return
         self._present.discard(who)
         if self.running and not self.done:
-            raise FaultError(self._name(who), "left the bus", self.now_s)
+            raise FaultError(self._name(who), "left the bus (killed, stopped or cut off)", self.now_s)
 
     @staticmethod
     def _name(who: str) -> str:

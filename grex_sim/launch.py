@@ -42,6 +42,11 @@ class Launch:
     def __init__(self, scenario: Scenario, arguments: Sequence[str], out: Path) -> None:
         self._out = out
         self._time_s: float | None = None
+        # It speaks at every tick, or names those it waits for after one of these times.
+        pace = scenario.clock.pace if isinstance(scenario.clock.pace, float) else 1.0
+        self._silence_s = _CAUSE_S + max(
+            scenario.clock.start_timeout_s, scenario.clock.barrier_timeout_s, scenario.clock.tick_s / pace
+        )
         self._started: dict[str, subprocess.Popen[str]] = {}
         if not scenario.bus.endpoints:
             arguments = [*arguments, "--set", f'bus.endpoints=["tcp/127.0.0.1:{free_port()}"]']
@@ -73,11 +78,13 @@ class Launch:
         """
         summary = None
         sim = self._started["sim"]
+        heard_at = time.monotonic()
         with selectors.DefaultSelector() as selector:
             assert sim.stdout is not None  # noqa: S101 - it was started with a pipe
             selector.register(sim.stdout, selectors.EVENT_READ)
             while sim.poll() is None or selector.get_map():
                 for _ in selector.select(timeout=0.1):
+                    heard_at = time.monotonic()
                     line = sim.stdout.readline()
                     if not line:
                         selector.unregister(sim.stdout)
@@ -85,6 +92,8 @@ class Launch:
                         summary = self._on_line(json.loads(line), progress) or summary
                 if summary is None and sim.poll() is None:
                     self._check_participants()
+                    if time.monotonic() - heard_at > self._silence_s:
+                        raise FaultError("sim", f"has said nothing for {self._silence_s:g} s", self._time_s)
         if summary is None or sim.wait() != 0:
             raise self._fault()
         return summary
