@@ -4,6 +4,8 @@ At every step the manoeuvre processor finds where the craft stands, the estimato
 controller (eq. 2) orders the speed and the guidance the course. In the own slots a team state is transmitted.
 """
 
+import sys
+from collections.abc import Iterator
 from typing import Any
 
 from grex_agent.coordination import load_controller, quality
@@ -61,8 +63,9 @@ class AgentCore:
         self._place_keeping = PlaceKeeping(scenario.guidance, scenario.team.speed_max_mps)
         self._controller = load_controller(scenario.team)
         self._estimator: Any = load_estimator(TeamContext(craft, plan, scenario, self._controller))
+        self._prepare = getattr(self._estimator, "prepare", None)
         self._schedule = plan_schedule(scenario.link, self._team, load_profile(scenario.link.profile))
-        self._slots_until_ns = 0
+        self._slots_until_ns = self._next_slot_ns = 0
         self._fix: Fix | None = None
         self._events: list[ModemEvent] = []
         self._on_air: dict[int, wire.TeamState] = {}
@@ -82,8 +85,8 @@ class AgentCore:
         """Take the true poses: for the bench-only ideal estimator."""
         self._estimator.see(truth)
 
-    def step(self, tick: int, now_ns: int) -> list[Output]:
-        """Do one step.
+    def step(self, tick: int, now_ns: int) -> Iterator[Output]:
+        """Do one step; what is not urgent is done after the setpoint has been taken.
 
         Parameters
         ----------
@@ -92,10 +95,10 @@ class AgentCore:
         now_ns : int
             Mission time.
 
-        Returns
-        -------
-        list of (topic, message)
-            Transmissions, then the state, then the setpoint, which says how many transmissions there have been.
+        Yields
+        ------
+        (topic, message)
+            Transmissions, then the setpoint, which says how many transmissions there have been, then the state.
         """
         fix = self._fix
         if fix is not None and fix.valid:
@@ -107,12 +110,12 @@ class AgentCore:
             self._beliefs = self._estimator.step(now_ns / NS, own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
         ordered = self._controller.speed(self._processor.track.speed_mps, self._processor.progress, mates)
-        outputs: list[Output] = []
         if fix is not None and not health:
-            outputs += self._transmit(fix, now_ns, ordered, health)
-        outputs.append(("state", self._state(tick, now_ns, ordered, mates, health)))
-        outputs.append(("setpoint", self._setpoint(tick, now_ns, ordered, hold=bool(health))))
-        return outputs
+            yield from self._transmit(fix, now_ns, ordered, health)
+        yield "setpoint", self._setpoint(tick, now_ns, ordered, hold=bool(health))
+        yield "state", self._state(tick, now_ns, ordered, mates, health)
+        if self._prepare is not None:
+            self._prepare((now_ns + self._tick_ns) / NS)
 
     # -- inside -------------------------------------------------------------------------------------------------
 
@@ -151,8 +154,12 @@ class AgentCore:
     def _transmit(self, fix: Fix, now_ns: int, speed_mps: float, health: list[str]) -> list[Output]:
         """Request a transmission for every own slot that opens before the next step."""
         before_ns = now_ns + self._tick_ns
+        if before_ns <= self._next_slot_ns:
+            return []
         openings = self._schedule.openings(self._craft, max(now_ns, self._slots_until_ns), before_ns)
         self._slots_until_ns = before_ns
+        following = self._schedule.openings(self._craft, before_ns, before_ns + self._schedule.cycle_ns)
+        self._next_slot_ns = following[0] if following else sys.maxsize
         outputs: list[Output] = []
         for t_ns in openings:
             state = wire.TeamState(

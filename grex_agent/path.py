@@ -5,12 +5,14 @@ the track. Scalars, not arrays: these functions run for every craft and every ma
 """
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Protocol
+
+import msgspec
 
 TWO_PI = 2.0 * math.pi
 
 
-class Place(NamedTuple):
+class Place(msgspec.Struct, frozen=True, gc=False):
     """Where a position stands on a track.
 
     Attributes

@@ -78,6 +78,10 @@ class Agent:
             self._tick += 1
             self._step(self._tick, now_ns)
 
+    def in_idle_time(self) -> bool:
+        """Nothing here can wait."""
+        return False
+
     def _step_if_complete(self) -> None:
         fix = self._fix
         if fix is None or (self._needs_truth and (self._truth is None or self._truth.tick != fix.tick)):

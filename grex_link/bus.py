@@ -147,6 +147,11 @@ class Session:
         )
         return publisher.put
 
+    @property
+    def idle(self) -> bool:
+        """Whether no sample is waiting."""
+        return self._inbox.empty()
+
     def receive(self, timeout_s: float | None) -> zenoh.Sample | None:
         """Take the next sample, waiting `timeout_s` wall seconds at most; None if there was none."""
         try:
@@ -300,6 +305,8 @@ def serve(bus: ZenohBus, node: Node, chaos_delay_s: float = 0.0) -> None:
         Longest random sleep before each message (see `ClockConfig.chaos_delay_s`).
     """
     while not node.done:
+        if bus.idle and node.in_idle_time():
+            continue
         envelope = bus.take(node.wall_s_to_deadline())
         if chaos_delay_s:
             clock.sleep_s(random.uniform(0.0, chaos_delay_s))  # noqa: S311 - no cryptography, and no result depends on it

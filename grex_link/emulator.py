@@ -70,6 +70,10 @@ class Emulator:
         if self._clock is not None:
             self._hand_out(-1, self._clock.now_ns() + 1, self._clock.now_ns() + 1)
 
+    def in_idle_time(self) -> bool:
+        """Nothing here can wait."""
+        return False
+
     # -- lockstep -----------------------------------------------------------------------------------------------
 
     def _advance(self, message: Advance) -> None:

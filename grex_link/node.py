@@ -35,3 +35,6 @@ class Node(Protocol):
 
     def on_deadline(self) -> None:
         """Do what is due because time has passed."""
+
+    def in_idle_time(self) -> bool:
+        """Do a little of the work that can wait, while no message does; False if there is none."""

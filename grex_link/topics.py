@@ -62,7 +62,7 @@ TOPICS: dict[str, Topic] = {
         Topic("modem_rx", "{craft}/modem/rx", m.ModemEvent, ("modem", "link"), ("agent", "sim"), "event",
               recorded=m.ModemEvent),
         Topic("state", "{craft}/state", m.AgentStates, ("agent",), ("sim",), "tick",
-              recorded=m.AgentState, flush=False),
+              recorded=m.AgentState),
         Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=None, flush=False),
         Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "link"), "event", recorded=None),
         Topic("truth", "truth", m.Truth, ("sim",), ("link",), "tick", recorded=m.Truth),

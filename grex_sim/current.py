@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 Vector = tuple[float, float, float]
 _STILL = 1e-12
+_NO_CURRENT = (0.0, 0.0, 0.0)
 
 
 class Steering(NamedTuple):
@@ -61,6 +62,9 @@ def compensate(
     surge_min_mps, surge_max_mps : float
         Limits of the speed through the water.
     """
+    if current == _NO_CURRENT:
+        surge = min(max(speed_mps, surge_min_mps), surge_max_mps)
+        return Steering(course_rad, pitch_rad, surge, surge, holdable=True)
     level = math.cos(pitch_rad)
     v0 = (level * math.cos(course_rad), level * math.sin(course_rad), -math.sin(pitch_rad))
     water = _minus(v0, speed_mps, current)

@@ -98,6 +98,10 @@ class Hub:
             missing = ", ".join(sorted(set(self._everybody) - self._present))
             raise BusError(f"not everybody is on the bus after {self._config.start_timeout_s:g} s; missing: {missing}")
 
+    def in_idle_time(self) -> bool:
+        """Write some of what has been taken down."""
+        return self._logbook.write_some()
+
     def say_goodbye(self) -> None:
         """Tell everybody that the mission is over."""
         for who in self._everybody:

@@ -62,11 +62,11 @@ class LockstepHub(Hub):
         self._steps.append(Step(self._sea.truth, [setpoint.transmissions for setpoint in setpoints.values()]))
         self._sea.advance(setpoints)
         over = self._sea.tick >= self._last_tick
+        self._go_on()
+        # The agents are at work now: the time for the link, and to take things down.
         if len(self._steps) >= self._window or over:
             self._outlet.put("advance", "", Advance(self._steps))
             self._steps = []
-        self._go_on()
-        # The agents (or the link) are at work now: the time to take things down.
         self._logbook.setpoints(setpoints, self._team)
         self._logbook.truth(self._sea.truth)
         self._write_and_tell()

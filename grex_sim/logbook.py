@@ -2,6 +2,7 @@
 
 import hashlib
 from array import array
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from grex_link.messages import AgentState, AgentStates, LinkEvent, Message, Setpoint, Truth
 from grex_link.recorder import Recorder
 
+#: Messages that are written in one go when there is time, and that may wait for it.
+_SOME = 4
 _PILE = 2000
 _WRITE_S = 0.5
 
@@ -37,7 +40,7 @@ class Logbook:
         self._encode = msgspec.msgpack.Encoder().encode
         self._hashes = {name: hashlib.sha256() for name in ("truth", "link", "setpoints")}
         self._positions = array("d")
-        self._unwritten: list[tuple[str, str, Any]] = []
+        self._unwritten: deque[tuple[str, str, Any]] = deque()
         self._write_at = 0.0
         self._craft = 0
         self.messages_sent = self.bytes_sent = self.delivered = self.lost = self.refused = 0
@@ -84,29 +87,36 @@ class Logbook:
         else:
             self._unwritten.append((topic, craft, message))
 
-    def write_if_due(self, now_s: float) -> None:
-        """Put everything on disk if half a second of wall time has passed; what has piled up is written meanwhile.
+    def write_some(self) -> bool:
+        """Write a few of the messages that have piled up; False if there are none."""
+        unwritten = self._unwritten
+        for _ in range(min(_SOME, len(unwritten))):
+            self._write(*unwritten.popleft())
+        return bool(unwritten)
 
-        Writing many messages at once costs a third of writing each when it comes.
-        """
-        if len(self._unwritten) > _PILE or now_s >= self._write_at:
-            self._write()
-            if now_s >= self._write_at:
-                self._write_at = now_s + _WRITE_S
-                if self._recorder is not None:
-                    self._recorder.flush()
+    def write_if_due(self, now_s: float) -> None:
+        """Write everything if much has piled up, and put it on disk if half a second of wall time has passed."""
+        due = now_s >= self._write_at
+        if due or len(self._unwritten) > _PILE:
+            self._write_all()
+        if due:
+            self._write_at = now_s + _WRITE_S
+            if self._recorder is not None:
+                self._recorder.flush()
 
     def close(self) -> None:
         """Close the recording."""
-        self._write()
+        self._write_all()
         if self._recorder is not None:
             self._recorder.close()
 
-    def _write(self) -> None:
-        unwritten, self._unwritten = self._unwritten, []
+    def _write_all(self) -> None:
+        while self._unwritten:
+            self._write(*self._unwritten.popleft())
+
+    def _write(self, topic: str, craft: str, message: Any) -> None:
         if self._recorder is not None:
-            for topic, craft, message in unwritten:
-                self._recorder.write(topic, craft, message.t_ns, message)
+            self._recorder.write(topic, craft, message.t_ns, message)
 
     def _note_health(self, craft: str, state: AgentState) -> None:
         if state.bad_frames:

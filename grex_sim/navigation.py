@@ -25,6 +25,8 @@ class Navigation:
         self._craft = craft
         self._config = config
         self._seed = seed
+        self._drifts = any(config.drift_ned_mps)
+        self._sigma_at_start_m = self._sigma_m(0.0)
 
     def fix(self, pose: Pose, tick: int, t_ns: int, modem_events: int) -> Fix:
         """Fix the craft's position at a tick, as its navigation would."""
@@ -42,7 +44,7 @@ class Navigation:
             pose.down_m + offset[2] + drift[2] * t_s,
             pose.heading_rad,
             pose.surge_mps,
-            self._sigma_m(t_s),
+            self._sigma_m(t_s) if self._drifts else self._sigma_at_start_m,
             modem_events=modem_events,
         )
 

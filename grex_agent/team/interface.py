@@ -60,7 +60,9 @@ class TeamEstimator(Protocol):
     """An estimator of the team mates.
 
     A class of yours with this one method plugs in as ``team.estimator = "your_package.module:YourEstimator"``. It is
-    built with a `TeamContext`.
+    built with a `TeamContext`. If it has a method ``prepare(next_s)`` besides, that is called when the setpoint is out,
+    with the time at which the next step is expected: to work in advance while there is time. The next step may come at
+    another time all the same.
     """
 
     def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:

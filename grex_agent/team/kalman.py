@@ -1,4 +1,4 @@
-"""The paper's planar Kalman filter (GREX 2008, eqs. 6–11): KF 1 in closed form, KF 2 on filterpy.
+"""The paper's planar Kalman filters KF 1 and KF 2 (GREX 2008, eqs. 6–11), on filterpy.
 
 State x = [north, east, v_north, v_east]ᵀ, measurement y = [north, east]ᵀ, input u = wanted velocity.
 
@@ -7,21 +7,23 @@ State x = [north, east, v_north, v_east]ᵀ, measurement y = [north, east]ᵀ, i
 with a = K_v dt, limited to 1 so that a late step cannot make the model unstable. Both axes have the same model and the
 same noise, so the covariance of both is one 2×2 matrix: three numbers.
 
-KF 1 runs at every step and only predicts (eq. 10); KF 2 runs when a message arrives (eq. 11). The first is written out,
-because it runs for every mate at every step; the tests hold it against filterpy's.
+KF 1 runs at every step and only predicts (eq. 10); KF 2 runs when a message arrives (eq. 11). The prediction of both
+is written out, because it runs for every mate at every step; the update is filterpy's, and the tests hold the whole
+against filterpy's filter.
 """
 
 import importlib.util
 import sys
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
+import msgspec
 import numpy as np
 
 from grex_link.config import KalmanConfig
 
 
-class PlanarState(NamedTuple):
+class PlanarState(msgspec.Struct, frozen=True, gc=False):
     """Mean and covariance; metres, m/s and their products."""
 
     north: float
@@ -55,74 +57,61 @@ class PlanarModel:
         """Predict over `dt` seconds with a wanted velocity, m/s north and east."""
         gain = min(self.transfer_per_s * dt, 1.0)
         keep = 1.0 - gain
-        north, east, v_north, v_east, pp, pv, vv = x
+        v_north, v_east, pv, vv = x.v_north, x.v_east, x.pv, x.vv
         return PlanarState(
-            north + dt * v_north,
-            east + dt * v_east,
+            x.north + dt * v_north,
+            x.east + dt * v_east,
             keep * v_north + gain * u_north,
             keep * v_east + gain * u_east,
-            pp + dt * (2.0 * pv + dt * vv) + self.position_noise * dt,
+            x.pp + dt * (2.0 * pv + dt * vv) + self.position_noise * dt,
             keep * (pv + dt * vv),
             keep * keep * vv + self.velocity_noise * dt,
         )
 
 
 class Recalculation:
-    """KF 2: the update at the time of a message, and the recalculation up to now (eq. 11), on filterpy.
+    """KF 2: the update at the time of a message, and the recalculation from there up to now (eq. 11).
 
-    One object serves all mates of a craft, one after the other.
+    The update is filterpy's; the prediction is that of KF 1, which has the same structure. One object serves all
+    mates of a craft, one after the other.
 
     Parameters
     ----------
     model : PlanarModel
         The same model as KF 1.
+
+    Attributes
+    ----------
+    state : PlanarState
+        Mean and covariance now.
     """
 
     def __init__(self, model: PlanarModel) -> None:
-        self._model = model
+        self._predict = model.predict
         self._filter: Any = _kalman_filter_class()(dim_x=4, dim_z=2, dim_u=2)
         self._filter.H = np.eye(2, 4)
         self._filter.R = np.eye(2) * model.fix_noise
-        self._matrices: dict[float, tuple[Any, Any, Any]] = {}
-
-    @property
-    def state(self) -> PlanarState:
-        """Mean and covariance now."""
-        north, east, v_north, v_east = self._filter.x.tolist()
-        covariance = self._filter.P
-        return PlanarState(
-            north, east, v_north, v_east,
-            float(covariance[0, 0]), float(covariance[0, 2]), float(covariance[2, 2]),
-        )  # fmt: skip
+        self.state = PlanarState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def start(self, x: PlanarState) -> None:
         """Go back to a stored state."""
-        self._filter.x = np.array([x.north, x.east, x.v_north, x.v_east])
-        self._filter.P = np.array(
-            [[x.pp, 0.0, x.pv, 0.0], [0.0, x.pp, 0.0, x.pv], [x.pv, 0.0, x.vv, 0.0], [0.0, x.pv, 0.0, x.vv]]
-        )
-
-    def update(self, north_m: float, east_m: float) -> None:
-        """Work in a position."""
-        self._filter.update(np.array([north_m, east_m]))
+        self.state = x
 
     def predict(self, u_north: float, u_east: float, dt: float) -> None:
         """Predict over `dt` seconds with a wanted velocity."""
-        transition, control, noise = self._matrices.get(dt) or self._make_matrices(dt)
-        self._filter.predict(u=np.array([u_north, u_east]), B=control, F=transition, Q=noise)
+        self.state = self._predict(self.state, u_north, u_east, dt)
 
-    def _make_matrices(self, dt: float) -> tuple[Any, Any, Any]:
-        gain = min(self._model.transfer_per_s * dt, 1.0)
-        transition = np.diag([1.0, 1.0, 1.0 - gain, 1.0 - gain])
-        transition[0, 2] = transition[1, 3] = dt
-        control = np.zeros((4, 2))
-        control[2, 0] = control[3, 1] = gain
-        position, velocity = self._model.position_noise * dt, self._model.velocity_noise * dt
-        noise = np.diag([position, position, velocity, velocity])
-        if len(self._matrices) > 64:  # live steps are never exactly equal
-            self._matrices.clear()
-        self._matrices[dt] = transition, control, noise
-        return self._matrices[dt]
+    def update(self, north_m: float, east_m: float) -> None:
+        """Work in a position."""
+        kalman, x = self._filter, self.state
+        kalman.x = np.array([x.north, x.east, x.v_north, x.v_east])
+        kalman.P = np.array(
+            [[x.pp, 0.0, x.pv, 0.0], [0.0, x.pp, 0.0, x.pv], [x.pv, 0.0, x.vv, 0.0], [0.0, x.pv, 0.0, x.vv]]
+        )
+        kalman.update(np.array([north_m, east_m]))
+        north, east, v_north, v_east = kalman.x.tolist()
+        pp, pv, vv = float(kalman.P[0, 0]), float(kalman.P[0, 2]), float(kalman.P[2, 2])
+        self.state = PlanarState(north, east, v_north, v_east, pp, pv, vv)
 
 
 def _kalman_filter_class() -> Any:

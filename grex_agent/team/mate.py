@@ -10,48 +10,39 @@ from collections import deque
 from collections.abc import Sequence
 from itertools import islice
 
+import msgspec
+
 from grex_agent.coordination import SpeedController
 from grex_agent.guidance import TrackKeeping
 from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.mission import CraftPlan
 from grex_agent.path import Place, Track
 from grex_agent.team.kalman import PlanarModel, PlanarState, Recalculation
+from grex_link.messages import MateBelief
 from grex_link.wire import TeamState
 
 _SAME_TIME_S = 1e-6
 
 
-class Entry:
-    """One step of a mate's history.
+class Entry(msgspec.Struct):
+    """One step of a mate's history."""
 
-    Attributes
-    ----------
-    t_s : float
-        Mission time.
-    prior, state : PlanarState
-        Before and after the message of this time, if there is one.
-    number : int
-        Track the mate was on before the message; `track` and `place` are those after it.
-    progress : float
-        Track number plus Θ of `state`.
-    others : sequence of float
-        Progress of everybody else, as this mate is thought to see it.
-    message : TeamState or None
-        What the mate said of this time.
-    """
-
-    __slots__ = ("message", "number", "others", "place", "prior", "progress", "state", "t_s", "track")
-
-    def __init__(self, t_s: float, prior: PlanarState, number: int) -> None:
-        self.t_s = t_s
-        self.prior = prior
-        self.state = prior
-        self.number = number
-        self.others: Sequence[float] = ()
-        self.message: TeamState | None = None
-        self.track: Track
-        self.place: Place
-        self.progress = 0.0
+    t_s: float
+    """Mission time."""
+    prior: PlanarState
+    """State before the message of this time, if there is one."""
+    state: PlanarState
+    """State after it."""
+    number: int
+    """Track the mate was on before the message; what follows is after it."""
+    track: Track
+    place: Place
+    progress: float
+    """Track number plus Θ."""
+    others: Sequence[float]
+    """Progress of everybody else, as this mate is thought to see it."""
+    message: TeamState | None = None
+    """What the mate said of this time."""
 
 
 class MateFilter:
@@ -101,8 +92,7 @@ class MateFilter:
             0.0,
             model.velocity_noise,
         )
-        self._history: deque[Entry] = deque([Entry(0.0, start, 0)])
-        self._locate(self._history[0])
+        self._history: deque[Entry] = deque([self._located(0.0, start, 0, ())])
         self._heard_s: float | None = None
 
     @property
@@ -115,14 +105,23 @@ class MateFilter:
         """Estimated state now."""
         return self._history[-1].state
 
-    def age_s(self, now_s: float) -> float:
-        """Age of the newest message worked in, seconds; -1 if there has been none."""
-        return -1.0 if self._heard_s is None else now_s - self._heard_s
+    def belief(self, craft: str, now_s: float) -> MateBelief:
+        """Say what is believed now; the age is -1 if nothing has been heard."""
+        entry = self._history[-1]
+        state = entry.state
+        age_s = -1.0 if self._heard_s is None else now_s - self._heard_s
+        return MateBelief(craft, state.north, state.east, entry.progress, math.sqrt(state.pp), age_s)
 
     def advance(self, now_s: float) -> None:
-        """KF 1: predict up to a time, in steps of a tick where more has passed."""
+        """KF 1: predict up to a time, in steps of a tick where more has passed.
+
+        A prediction that was made in advance, for a later time than it turns out to be, is taken back.
+        """
         history = self._history
         last = history[-1]
+        while last.t_s > now_s + _SAME_TIME_S and len(history) > 1:
+            history.pop()
+            last = history[-1]
         while now_s - last.t_s > 1.5 * self._tick_s:
             last = self._append(last, last.t_s + self._tick_s)
         if now_s - last.t_s > _SAME_TIME_S:
@@ -155,9 +154,7 @@ class MateFilter:
     def _append(self, last: Entry, t_s: float) -> Entry:
         u_north, u_east = self._order(last)
         prior = self._model.predict(last.state, u_north, u_east, t_s - last.t_s)
-        entry = Entry(t_s, prior, self._processor.number)
-        entry.others = last.others
-        self._locate(entry)
+        entry = self._located(t_s, prior, self._processor.number, last.others)
         self._history.append(entry)
         return entry
 
@@ -168,11 +165,16 @@ class MateFilter:
         course = self._guidance.course(track, entry.place)
         return speed * math.cos(course), speed * math.sin(course)
 
-    def _locate(self, entry: Entry) -> None:
-        """Find track, place and progress of an entry's state; leaves the processor on that track."""
+    def _located(self, t_s: float, prior: PlanarState, number: int, others: Sequence[float]) -> Entry:
+        """Make an entry of a predicted state; leaves the processor on its track."""
         processor = self._processor
-        state = entry.state
-        entry.place = processor.follow(state.north, state.east)
+        place = processor.follow(prior.north, prior.east)
+        return Entry(t_s, prior, prior, number, processor.track, place, processor.progress, others)
+
+    def _relocate(self, entry: Entry) -> None:
+        """Find track, place and progress of an entry whose state has changed; leaves the processor on that track."""
+        processor = self._processor
+        entry.place = processor.follow(entry.state.north, entry.state.east)
         entry.track = processor.track
         entry.progress = processor.progress
 
@@ -190,9 +192,9 @@ class MateFilter:
             return index  # a clock a little ahead of ours: as if it were now
         before = history[index]
         u_north, u_east = self._order(before)
-        entry = Entry(t_s, self._model.predict(before.state, u_north, u_east, t_s - before.t_s), before.number)
-        entry.others = before.others
-        history.insert(index + 1, entry)
+        prior = self._model.predict(before.state, u_north, u_east, t_s - before.t_s)
+        self._processor.go_to(before.number)
+        history.insert(index + 1, self._located(t_s, prior, before.number, before.others))
         return index + 1
 
     def _recalculate(self, index: int) -> None:
@@ -208,7 +210,7 @@ class MateFilter:
                 entry.state = kf2.state
                 # The mate knows its own track best; without this an estimate that ran ahead could never come back.
                 self._processor.go_to(entry.message.track)
-            self._locate(entry)
+            self._relocate(entry)
             if following is not None:
                 kf2.predict(*self._order(entry), following.t_s - entry.t_s)
                 following.prior = kf2.state

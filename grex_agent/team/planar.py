@@ -34,6 +34,11 @@ class FirstLevel:
         self._drive(own.progress)
         return self._beliefs(now_s)
 
+    def prepare(self, next_s: float) -> None:
+        """Predict to the time of the next step in advance; see `TeamEstimator`."""
+        for mate in self._mates.values():
+            mate.advance(next_s)
+
     def _filter(self, craft: str) -> MateFilter:
         scenario = self._context.scenario
         return MateFilter(
@@ -60,17 +65,7 @@ class FirstLevel:
         return progress
 
     def _beliefs(self, now_s: float) -> list[MateBelief]:
-        return [
-            MateBelief(
-                craft,
-                mate.state.north,
-                mate.state.east,
-                mate.progress,
-                sigma_m=mate.state.pp**0.5,
-                age_s=mate.age_s(now_s),
-            )
-            for craft, mate in self._mates.items()
-        ]
+        return [mate.belief(craft, now_s) for craft, mate in self._mates.items()]
 
 
 class SecondLevel(FirstLevel):
@@ -99,3 +94,8 @@ class SecondLevel(FirstLevel):
             self._own_as_seen.correct(state)
         self._own_as_seen.drive(self._drive(self._own_as_seen.progress))
         return self._beliefs(now_s)
+
+    def prepare(self, next_s: float) -> None:
+        """Predict to the time of the next step in advance; see `TeamEstimator`."""
+        super().prepare(next_s)
+        self._own_as_seen.advance(next_s)
