@@ -1,0 +1,91 @@
+"""One table says who writes and reads what; an agent reads its own keys and nobody else's."""
+
+import pytest
+import zenoh
+
+from grex_link import messages
+from grex_link.topics import RESERVED, TOPICS, key, presence_key, subscriptions
+
+TEAM = ["auv1", "auv2", "auv3"]
+ROWS = list(TOPICS.values())
+
+
+def keys_read(role: str, who: str) -> set[str]:
+    return {key("grex", topic, craft) for topic, craft in subscriptions(role, who)}
+
+
+def test_an_agent_reads_its_own_keys() -> None:
+    """An agent subscribes to its fix, its modem, its clock and its oracle, and to nothing else."""
+    assert keys_read("agent", "auv1") == {f"grex/grex/auv1/{name}" for name in ("fix", "modem/rx", "clock", "oracle")}
+
+
+@pytest.mark.parametrize("who", TEAM)
+def test_no_agent_reads_anothers_keys_or_the_truth(who: str) -> None:
+    """By Zenoh's own rules, no subscription of an agent meets a key of another craft, of the link, or the truth."""
+    others = [key("grex", row.name, craft) for row in ROWS for craft in [*TEAM, "link"] if craft != who]
+    others = [other for other in others if not other.startswith(f"grex/grex/{who}/")]
+    assert len(others) > 20
+    assert "grex/grex/truth" in others
+    for own in keys_read("agent", who):
+        assert not any(zenoh.KeyExpr(own).intersects(zenoh.KeyExpr(other)) for other in others)
+
+
+def test_four_keys_are_the_hardware_boundary() -> None:
+    """Between a craft's hardware and its agent there are fix, setpoint, modem/tx and modem/rx."""
+    hardware = {"frontseat", "modem"}
+    boundary = {row.key for row in ROWS if hardware & {*row.writers, *row.readers}}
+    assert boundary == {"{craft}/fix", "{craft}/setpoint", "{craft}/modem/tx", "{craft}/modem/rx"}
+
+
+def test_the_link_reads_all_transmissions_and_the_truth() -> None:
+    """The water hears every craft's modem, and is told where all are."""
+    expected = {"*/modem/tx", "link/clock", "truth", "link/advance"}
+    assert keys_read("link", "link") == {"grex/grex/" + below for below in expected}
+
+
+def test_the_simulator_reads_all_craft() -> None:
+    """The bench hears every craft's outputs, and the link's reports."""
+    expected = {"*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "link/report"}
+    assert keys_read("sim", "sim") == {"grex/grex/" + below for below in expected}
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
+def test_row(row) -> None:
+    """Every row has its name once, a Struct of the contract, a writer for every reader, and a way to be used."""
+    assert TOPICS[row.name] is row
+    assert issubclass(row.type, messages.Message)
+    assert bool(row.writers) == bool(row.readers)
+    assert row.readers or row.recorded
+    assert row.per_craft == ("{craft}" in row.key)
+    assert row.recorded is None or row.recorded.__name__ in vars(messages)
+
+
+def test_an_agent_writes_its_own_keys_only() -> None:
+    """What an agent writes lies below its own craft."""
+    assert all(row.key.startswith("{craft}/") for row in ROWS if "agent" in row.writers)
+
+
+def test_keys_are_different() -> None:
+    """No two topics share a key, whatever craft there are."""
+    names = [key("grex", row.name, craft) for row in ROWS for craft in (TEAM if row.per_craft else [""])]
+    assert len(set(names)) == len(names)
+
+
+def test_reserved_names_cover_the_table() -> None:
+    """No craft can have a name that begins a key of another participant."""
+    taken = {row.key.partition("/")[0] for row in ROWS if not row.per_craft} | {"up", "sim"}
+    assert taken == RESERVED
+
+
+def test_keys() -> None:
+    """A key begins with the team, so that two teams can share a bus."""
+    assert key("north", "modem_rx", "auv1") == "grex/north/auv1/modem/rx"
+    assert key("north", "truth", "") == "grex/north/truth"
+    assert key("north", "state", "*") == "grex/north/*/state"
+    assert presence_key("north", "auv1", "0123") == "grex/north/up/auv1/0123"
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
+def test_newer_writers_are_understood(row) -> None:
+    """A message with a field that this version does not know is read all the same."""
+    assert row.type.__struct_config__.forbid_unknown_fields is False
