@@ -4,6 +4,7 @@ At every step the manoeuvre processor finds where the craft stands, the estimato
 controller (eq. 2) orders the speed and the guidance the course. In the own slots a team state is transmitted.
 """
 
+import math
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -64,9 +65,12 @@ class AgentCore:
         self._controller = load_controller(scenario.team)
         self._estimator: Any = load_estimator(TeamContext(craft, plan, scenario, self._controller))
         self._prepare = getattr(self._estimator, "prepare", None)
+        self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
         self._schedule = plan_schedule(scenario.link, self._team, load_profile(scenario.link.profile))
         self._slots_until_ns = self._next_slot_ns = 0
         self._fix: Fix | None = None
+        self._fix_usable = False
+        self._own: Own | None = None
         self._events: list[ModemEvent] = []
         self._on_air: dict[int, wire.TeamState] = {}
         self._transmissions = 0
@@ -74,8 +78,10 @@ class AgentCore:
         self.bad_frames = 0
 
     def on_fix(self, fix: Fix) -> None:
-        """Take a fix of the own navigation."""
+        """Take a fix of the own navigation; one that is no number is no better than an invalid one."""
         self._fix = fix
+        numbers = fix.north_m + fix.east_m + fix.down_m + fix.heading_rad + fix.speed_mps + fix.sigma_m
+        self._fix_usable = fix.valid and math.isfinite(numbers)
 
     def on_modem(self, event: ModemEvent) -> None:
         """Take a modem event; it counts at the next step."""
@@ -100,19 +106,19 @@ class AgentCore:
         (topic, message)
             Transmissions, then the setpoint, which says how many transmissions there have been, then the state.
         """
-        fix = self._fix
-        if fix is not None and fix.valid:
+        fix, health = self._fix, self._navigation_health(now_ns)
+        lost = bool(health)
+        if fix is not None and not lost:
             self._processor.follow(fix.north_m, fix.east_m)
-        health = self._navigation_health(now_ns)
+            self._own = Own(fix.north_m, fix.east_m, self._processor.progress)
         sent, heard = self._take_events(now_ns)
-        if fix is not None:
-            own = Own(fix.north_m, fix.east_m, self._processor.progress)
-            self._beliefs = self._estimator.step(now_ns / NS, own, sent, heard)
+        if self._own is not None:
+            self._beliefs = self._estimator.step(now_ns / NS, self._own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
-        ordered = self._controller.speed(self._processor.track.speed_mps, self._processor.progress, mates)
-        if fix is not None and not health:
+        ordered = self._order_speed(mates, health)
+        if fix is not None and not lost:
             yield from self._transmit(fix, now_ns, ordered, health)
-        yield "setpoint", self._setpoint(tick, now_ns, ordered, hold=bool(health))
+        yield "setpoint", self._setpoint(tick, now_ns, ordered, hold=lost)
         yield "state", self._state(tick, now_ns, ordered, mates, health)
         if self._prepare is not None:
             self._prepare((now_ns + self._tick_ns) / NS)
@@ -122,9 +128,19 @@ class AgentCore:
     def _navigation_health(self, now_ns: int) -> list[str]:
         if self._fix is None:
             return ["no_fix"]
-        if not self._fix.valid:
+        if not self._fix_usable:
             return ["invalid_fix"]
         return ["stale_fix"] if now_ns - self._fix.t_ns > self._fix_timeout_ns else []
+
+    def _order_speed(self, mates: list[float], health: list[str]) -> float:
+        """Ask the controller; whatever a controller or an estimator of somebody's own says, limits are kept."""
+        planned = self._processor.track.speed_mps
+        ordered = self._controller.speed(planned, self._processor.progress, mates)
+        least, most = self._speed_min_mps, self._speed_max_mps
+        if least <= ordered <= most:
+            return ordered
+        health.append("speed_limited")
+        return min(max(ordered, least), most) if math.isfinite(ordered) else planned
 
     def _take_events(self, now_ns: int) -> tuple[list[wire.TeamState], list[Report]]:
         sent: list[wire.TeamState] = []

@@ -46,7 +46,7 @@ class Logbook:
         self.messages_sent = self.bytes_sent = self.delivered = self.lost = self.refused = 0
         self.late_ticks = self.late_setpoints = 0
         self.bad_frames: dict[str, int] = {}
-        self.unhealthy_steps: dict[str, int] = {}
+        self.unhealthy_steps: dict[str, dict[str, int]] = {}
 
     def truth(self, truth: Truth) -> None:
         """Take down the true poses of a tick."""
@@ -121,8 +121,9 @@ class Logbook:
     def _note_health(self, craft: str, state: AgentState) -> None:
         if state.bad_frames:
             self.bad_frames[craft] = state.bad_frames
-        if state.health:
-            self.unhealthy_steps[craft] = self.unhealthy_steps.get(craft, 0) + 1
+        for word in state.health:
+            words = self.unhealthy_steps.setdefault(craft, {})
+            words[word] = words.get(word, 0) + 1
 
     @property
     def positions(self) -> NDArray[np.float64]:

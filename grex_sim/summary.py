@@ -45,7 +45,8 @@ class Summary(msgspec.Struct, kw_only=True):
     late_ticks: int
     late_setpoints: int
     bad_frames: dict[str, int]
-    unhealthy_steps: dict[str, int]
+    unhealthy_steps: dict[str, dict[str, int]]
+    """For each craft, in how many steps its agent reported which word of health."""
     digest: str
     out: str | None = None
     """Folder of the run's files."""
@@ -151,6 +152,10 @@ def _warnings(summary: Summary) -> list[str]:
             f"WARNING: the pace was not held: {summary.late_ticks} of {summary.ticks} ticks and "
             f"{summary.late_setpoints} setpoints came late; take a lower pace, or lockstep"
         )
-    lines += [f"WARNING: {craft} did not trust its fix in {n} steps" for craft, n in summary.unhealthy_steps.items()]
+    lines += [
+        f"WARNING: {craft} reported {word} in {steps} steps"
+        for craft, words in summary.unhealthy_steps.items()
+        for word, steps in words.items()
+    ]
     lines += [f"WARNING: {craft} received {n} bad frames" for craft, n in summary.bad_frames.items()]
     return lines

@@ -99,5 +99,5 @@ def test_a_fix_that_is_not_trusted_holds_the_craft():
     """An agent without a valid fix holds; the run says how often that was so."""
     summary = fly_text(LINE_ABREAST.format(gap=30, duration=60), "craft.auv2.navigation.offset_ned_m=[1e4, 0.0, 0.0]")
     # 10 km off is outside of what a team state can say: it is not sent, and that is a state of health.
-    assert summary.unhealthy_steps == {"auv2": 2}
+    assert summary.unhealthy_steps == {"auv2": {"outside_frame": 2}}
     assert summary.refused == 0

@@ -40,6 +40,7 @@ def test_airtime_grows_with_size() -> None:
     )  # fmt: skip
     assert profile.airtime_ns(0) == 305_000_000
     assert profile.airtime_ns(15) == 492_500_000
+    assert profile.airtime_ns(20) == 555_000_000
 
 
 @pytest.mark.parametrize("name", ["nosuch", "", "README"])

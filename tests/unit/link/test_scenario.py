@@ -131,6 +131,13 @@ def test_bad_track(old: str, new: str, path: str) -> None:
     assert fault(TRACKS.replace(old, new)).path == path
 
 
+def test_several_faults(text: str) -> None:
+    """Of several faults one is named, with its own craft's name and not another's."""
+    faults = ["mission.formation_m.auv2=[0.0, 0.0]", "mission.formation_m.auv3=3", "craft.auv1.nonsense=1"]
+    assert fault(text, *faults).path == "$.mission.formation_m.auv2"
+    assert fault(text, *faults[1:]).path == "$.mission.formation_m.auv3"
+
+
 @pytest.mark.parametrize("name", ["sim", "link", "up", "truth"])
 def test_reserved_name(text: str, name: str) -> None:
     """A craft cannot take the place of another participant on the bus."""
