@@ -87,8 +87,8 @@ def _as_table(cases: list[Case]) -> str:
     for case in cases:
         run = case.summary
         lines.append(
-            f"{case.name:4s}  {run.estimator:12s} {case.fd:8.4f} {PAPER[case.name]:8.4f}   {case.deviation_percent:+5.1f} %"
-            f"    {run.fd_distance:8.4f} {run.fd_angle:8.4f} {run.fd_xte:8.4f}"
+            f"{case.name:4s}  {run.estimator:12s} {case.fd:8.4f} {PAPER[case.name]:8.4f}"
+            f"   {case.deviation_percent:+5.1f} %    {run.fd_distance:8.4f} {run.fd_angle:8.4f} {run.fd_xte:8.4f}"
         )
     ours, paper = _ratios({case.name: case.fd for case in cases}), _ratios(PAPER)
     lines.append("ratios: " + ", ".join(f"{name} {ours[name]:.4g} (paper {paper[name]:.4g})" for name in ours))
