@@ -13,7 +13,7 @@ def three_craft() -> Row:
 
 
 def test_lockstep_keeps_a_quarter_of_a_bare_barrier(three_craft):
-    """A team of three agents, link and simulator does at least 0.25 of the barriers of five processes that do nothing."""
+    """Three agents, link and simulator do at least 0.25 of the barriers of five processes that do nothing."""
     assert three_craft.lockstep_to_bare_barrier >= 0.25
 
 
