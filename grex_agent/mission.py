@@ -14,6 +14,8 @@ from grex_link.config import Lawnmower, LineConfig, Scenario, TrackList, Tracks
 from grex_link.errors import ConfigError
 
 NorthEast = tuple[float, float]
+#: A team state numbers its track in 8 bits.
+TRACKS_MAX = 255
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,8 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
     else:
         plans = {craft: _track_list(mission, craft, mission.craft[craft]) for craft in scenario.craft}
         table = "craft"
+    if any(len(plan.tracks) > TRACKS_MAX for plan in plans.values()):
+        raise ConfigError("$.mission.legs", f"more than {TRACKS_MAX} tracks, which is all a message can number")
     _check_durations(plans)
     for craft, plan in plans.items():
         _check_speeds(scenario, craft, plan, f"$.mission.{table}.{craft}")

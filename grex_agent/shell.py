@@ -95,7 +95,8 @@ class Agent:
             self._core.on_truth(self._truth)
         self._core.on_fix(fix)
         self._fix = None
-        self._step(fix.tick, fix.t_ns)
+        # A fix may come after the alarm for its delay; time never runs back for all that.
+        self._step(fix.tick, fix.t_ns if self._now_ns is None else max(fix.t_ns, self._now_ns))
 
     def _step(self, tick: int, now_ns: int) -> None:
         self._tick, self._now_ns = tick, now_ns

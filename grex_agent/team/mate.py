@@ -34,7 +34,7 @@ class Entry(msgspec.Struct):
     state: PlanarState
     """State after it."""
     number: int
-    """Track the mate was on before the message; what follows is after it."""
+    """Number of the track that state is on."""
     track: Track
     place: Place
     progress: float
@@ -92,7 +92,7 @@ class MateFilter:
             0.0,
             model.velocity_noise,
         )
-        self._history: deque[Entry] = deque([self._located(0.0, start, 0, ())])
+        self._history: deque[Entry] = deque([self._located(0.0, start, ())])
         self._heard_s: float | None = None
 
     @property
@@ -122,6 +122,7 @@ class MateFilter:
         while last.t_s > now_s + _SAME_TIME_S and len(history) > 1:
             history.pop()
             last = history[-1]
+            self._processor.go_to(last.number)
         while now_s - last.t_s > 1.5 * self._tick_s:
             last = self._append(last, last.t_s + self._tick_s)
         if now_s - last.t_s > _SAME_TIME_S:
@@ -154,7 +155,7 @@ class MateFilter:
     def _append(self, last: Entry, t_s: float) -> Entry:
         u_north, u_east = self._order(last)
         prior = self._model.predict(last.state, u_north, u_east, t_s - last.t_s)
-        entry = self._located(t_s, prior, self._processor.number, last.others)
+        entry = self._located(t_s, prior, last.others)
         self._history.append(entry)
         return entry
 
@@ -165,17 +166,17 @@ class MateFilter:
         course = self._guidance.course(track, entry.place)
         return speed * math.cos(course), speed * math.sin(course)
 
-    def _located(self, t_s: float, prior: PlanarState, number: int, others: Sequence[float]) -> Entry:
+    def _located(self, t_s: float, prior: PlanarState, others: Sequence[float]) -> Entry:
         """Make an entry of a predicted state; leaves the processor on its track."""
         processor = self._processor
         place = processor.follow(prior.north, prior.east)
-        return Entry(t_s, prior, prior, number, processor.track, place, processor.progress, others)
+        return Entry(t_s, prior, prior, processor.number, processor.track, place, processor.progress, others)
 
     def _relocate(self, entry: Entry) -> None:
         """Find track, place and progress of an entry whose state has changed; leaves the processor on that track."""
         processor = self._processor
         entry.place = processor.follow(entry.state.north, entry.state.east)
-        entry.track = processor.track
+        entry.number, entry.track = processor.number, processor.track
         entry.progress = processor.progress
 
     def _place_for(self, t_s: float) -> int | None:
@@ -194,14 +195,13 @@ class MateFilter:
         u_north, u_east = self._order(before)
         prior = self._model.predict(before.state, u_north, u_east, t_s - before.t_s)
         self._processor.go_to(before.number)
-        history.insert(index + 1, self._located(t_s, prior, before.number, before.others))
+        history.insert(index + 1, self._located(t_s, prior, before.others))
         return index + 1
 
     def _recalculate(self, index: int) -> None:
-        """Go through the history from an entry on, with every message at its place."""
+        """Go through the history from an entry with a message on, with every message at its place."""
         entries = list(islice(self._history, index, None))
         kf2 = self._recalculation
-        self._processor.go_to(entries[0].number)
         kf2.start(entries[0].prior)
         for entry, following in zip(entries, [*entries[1:], None], strict=True):
             entry.state = entry.prior
@@ -214,4 +214,3 @@ class MateFilter:
             if following is not None:
                 kf2.predict(*self._order(entry), following.t_s - entry.t_s)
                 following.prior = kf2.state
-                following.number = self._processor.number
