@@ -154,30 +154,59 @@ def test_nobody_answers(scenario: Scenario) -> None:
 
 
 class Twice:
-    """A node that counts what it is asked to do, and is done after its second message."""
+    """A node that counts what it is asked to do, and is done after its second fix."""
 
-    def __init__(self) -> None:
+    def __init__(self, idle_work: int) -> None:
         self.done = False
         self.asked: list[str] = []
+        self.idle_work = idle_work
 
     def handle(self, topic: str, craft: str, message: object) -> None:
-        if topic == "fix":
-            self.asked.append(topic)
+        self.asked.append(topic)
         self.done = self.asked.count("fix") == 2
 
     def wall_s_to_deadline(self) -> float | None:
-        return None if "deadline" in self.asked else 0.0
+        return 0.0 if self.asked.count("deadline") < 3 else SOON_S
 
     def on_deadline(self) -> None:
         self.asked.append("deadline")
 
+    def in_idle_time(self) -> bool:
+        if self.asked.count("idle") == self.idle_work:
+            return False
+        self.asked.append("idle")
+        return True
+
 
 def test_serve(scenario: Scenario) -> None:
-    """A node is served messages and deadlines until it is done."""
+    """A node is served messages and deadlines until it is done, and then nothing more."""
     with ZenohBus(scenario, "sim", "sim") as sim, ZenohBus(scenario, "agent", "auv1") as agent:
         see(sim, "auv1", alive=True)
-        for _ in range(2):
+        for _ in range(3):
             sim.put("fix", "auv1", FIX)
-        node = Twice()
+        node = Twice(idle_work=0)
         serve(agent, node, chaos_delay_s=0.001)
         assert node.asked.count("fix") == 2
+        assert node.asked[-1] == "fix"
+
+
+def test_idle_time(scenario: Scenario) -> None:
+    """While no message waits a node does what could wait, all of it before its deadline."""
+    with ZenohBus(scenario, "sim", "sim") as sim, ZenohBus(scenario, "agent", "auv1") as agent:
+        see(sim, "auv1", alive=True)
+        see(agent, "sim", alive=True)
+        assert agent.idle
+        node = Idle()
+        serve(agent, node)
+        assert node.asked == ["idle"] * 3 + ["deadline"]
+
+
+class Idle(Twice):
+    """A node that has three things to do in idle time, and is done at its deadline."""
+
+    def __init__(self) -> None:
+        super().__init__(idle_work=3)
+
+    def on_deadline(self) -> None:
+        super().on_deadline()
+        self.done = True
