@@ -35,6 +35,9 @@ class Participant:
         self.deadlines -= 1
         self.got.append(("deadline", "", None))
 
+    def in_idle_time(self) -> bool:
+        return False
+
 
 @pytest.fixture
 def bus() -> MemoryBus:

@@ -178,6 +178,17 @@ class Twice:
         return True
 
 
+class Idle(Twice):
+    """A node that has three things to do in idle time, and is done at its deadline."""
+
+    def __init__(self) -> None:
+        super().__init__(idle_work=3)
+
+    def on_deadline(self) -> None:
+        super().on_deadline()
+        self.done = True
+
+
 def test_serve(scenario: Scenario) -> None:
     """A node is served messages and deadlines until it is done, and then nothing more."""
     with ZenohBus(scenario, "sim", "sim") as sim, ZenohBus(scenario, "agent", "auv1") as agent:
@@ -199,14 +210,3 @@ def test_idle_time(scenario: Scenario) -> None:
         node = Idle()
         serve(agent, node)
         assert node.asked == ["idle"] * 3 + ["deadline"]
-
-
-class Idle(Twice):
-    """A node that has three things to do in idle time, and is done at its deadline."""
-
-    def __init__(self) -> None:
-        super().__init__(idle_work=3)
-
-    def on_deadline(self) -> None:
-        super().on_deadline()
-        self.done = True

@@ -297,6 +297,11 @@ def test_live_starts_with_the_clock(make, outlet) -> None:
     assert (emulator.wall_s_to_deadline(), outlet.all) == (None, [])
 
 
+def test_nothing_can_wait(make, outlet) -> None:
+    """The link leaves nothing for idle time."""
+    assert Emulator(make(), outlet).in_idle_time() is False
+
+
 def test_foreign_topic(make, outlet) -> None:
     """A topic that is not the link's business is ignored."""
     assert not feed(make(), outlet, [("state", "auv1", None)]).done
