@@ -225,7 +225,7 @@ class ZenohBus(Session):
             return topic, craft, Presence(craft, alive, name.rpartition("/")[2])
         try:
             return topic, craft, decoder.decode(sample.payload.to_bytes())
-        except msgspec.DecodeError as error:
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             self.bad_payloads[name] += 1
             if self.bad_payloads[name] == 1:
                 log.warn("dropped a message that does not decode", key=name, error=str(error))

@@ -13,8 +13,8 @@ Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0.0, le=1e9)]
 Finite = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
-Name = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
-ImportPath = Annotated[str, Meta(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$")]
+Name = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,31}\Z")]
+ImportPath = Annotated[str, Meta(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?\Z")]
 
 
 class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -40,7 +40,7 @@ class BusConfig(Config, frozen=True):
     """Where the participants meet."""
 
     endpoints: Annotated[
-        tuple[Annotated[str, Meta(pattern=r"^(tcp|unixsock-stream)/.+")], ...], Meta(max_length=4)
+        tuple[Annotated[str, Meta(pattern=r"^(tcp|unixsock-stream)/.+\Z")], ...], Meta(max_length=4)
     ] = ()
     """Zenoh endpoints the simulator listens on and all others connect to.
     Empty: ``grex run`` takes a free local port; by hand it is ``tcp/127.0.0.1:7447``."""

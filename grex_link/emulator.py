@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from grex_link import log
 from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.errors import FaultError
@@ -113,7 +114,9 @@ class Emulator:
     # -- both ---------------------------------------------------------------------------------------------------
 
     def _request(self, craft: str, request: Transmit) -> None:
-        if self._pace == "lockstep":
+        if craft not in self._requests:
+            log.warn("a transmission of a craft that is not in the scenario was dropped", craft=craft)
+        elif self._pace == "lockstep":
             self._requests[craft][request.seq] = request
             self._work()
         else:

@@ -15,6 +15,7 @@ from grex_link.topics import RESERVED
 
 _UNKNOWN = re.compile(r"Object contains unknown field `(.+?)`")
 _MISSING = re.compile(r"Object missing required field `(.+?)`")
+_KEY = "key` in `"
 _AT = re.compile(r"^(?P<problem>.*?)(?: - at `(?P<path>.*?)`)?$", re.DOTALL)
 
 
@@ -92,10 +93,11 @@ def _located(document: dict[str, Any], error: str) -> ConfigError:
     """Name the path of msgspec's complaint, with the keys of dictionaries that it prints as ``[...]``."""
     match = _AT.match(error)
     problem, path = (match["problem"], match["path"] or "$") if match else (error, "$")
+    if path.startswith(_KEY):
+        path = path.removeprefix(_KEY) + "[...]"
     # Once for each key msgspec left out.
     for _ in range(path.count("[...]")):
         path = _with_key(document, path, problem)
-    path = path.replace("key in ", "")
     for pattern, text in ((_UNKNOWN, "unknown key"), (_MISSING, "is missing")):
         if found := pattern.search(problem):
             return ConfigError(f"{path}.{found[1]}", text)
@@ -114,16 +116,13 @@ def _plain(problem: str) -> str:
 
 def _with_key(document: dict[str, Any], path: str, problem: str) -> str:
     """Replace the first ``[...]`` of a path by the key whose entry alone gives the same complaint."""
-    before = path.partition("[...]")[0]
-    inside = "key in " in before
-    keys = before.replace("`", "").removeprefix("key in ").removeprefix("$").strip(".").split(".")
+    keys = path.partition("[...]")[0].removeprefix("$").strip(".").split(".")
     for entry, reduced in _one_entry_each(document, keys):
         try:
             msgspec.convert(reduced, Scenario)
         except msgspec.ValidationError as error:
             if str(error).startswith(problem):
-                named = path.replace("[...]", f".{entry}", 1)
-                return named.replace("key in ", "") if inside else named
+                return path.replace("[...]", f".{entry}", 1)
     return path.replace("[...]", "", 1)
 
 

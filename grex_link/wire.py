@@ -65,8 +65,11 @@ def pack(state: TeamState) -> bytes:
     Raises
     ------
     WireError
-        For a position outside ±8192 m or not finite, or a track above 255.
+        For a position outside ±8192 m, a track above 255, or a value that is no number.
     """
+    numbers = (state.t_s, state.depth_m, state.speed_mps, state.heading_rad, state.theta, state.sigma_m)
+    if not all(map(math.isfinite, numbers)):
+        raise WireError("a value of the team state is not a number")
     north, east = _position(state.north_m, "north"), _position(state.east_m, "east")
     if not 0 <= state.track <= 255:
         raise WireError(f"track {state.track} does not fit in 8 bits")
@@ -125,10 +128,9 @@ def unpack(payload: bytes, now_s: float) -> TeamState:
 
 
 def _position(metres: float, axis: str) -> int:
-    steps = round(metres / POSITION_STEP_M) if math.isfinite(metres) else _POSITION_MAX + 1
-    if abs(steps) > _POSITION_MAX:
+    if not abs(metres) <= _POSITION_MAX * POSITION_STEP_M:  # so that no number is refused, too
         raise WireError(f"{axis} {metres:.1f} m is outside the mission frame of ±8192 m")
-    return steps
+    return round(metres / POSITION_STEP_M)
 
 
 def _limited(steps: float, most: int) -> int:

@@ -79,7 +79,7 @@ class Hub:
         elif topic == "report":
             if not self.done:
                 self._on_report(message)
-        else:
+        elif craft in self._team:
             self._logbook.message(topic, craft, message)
             if topic == "setpoint" and not self.done:
                 self._on_setpoint(craft, message)

@@ -67,7 +67,6 @@ def test_same_in_every_version() -> None:
     assert draws.normal(1, "white", "auv1", 0) == pytest.approx((0.4496529584220666, -2.8975843875349128), abs=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="bug: the topmost 2^-54 of the hashes are rounded up to 1.0")
 def test_uniform_is_below_one_for_every_hash(monkeypatch) -> None:
     """Even the largest hash gives a draw below 1, or a probability of 1 would not be certain."""
     monkeypatch.setattr(draws, "_digest", lambda *_: b"\xff" * 16)

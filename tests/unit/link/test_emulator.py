@@ -308,7 +308,6 @@ def test_foreign_topic(make, outlet) -> None:
 
 
 @pytest.mark.parametrize("pace", ["lockstep", "live"])
-@pytest.mark.xfail(strict=True, reason="bug: KeyError or ValueError: one stray writer on the bus ends the link")
 def test_stranger(make, outlet, pace: str) -> None:
     """A transmission of a craft that is not in the scenario is dropped, not the end of the link."""
     feed(make(f"clock.pace={pace}"), outlet, [("modem_tx", "auv9", Transmit(0, 0, b"x"))])

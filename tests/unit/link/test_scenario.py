@@ -145,28 +145,24 @@ def test_reserved_name(text: str, name: str) -> None:
     assert fault(text).path == f"$.craft.{name}"
 
 
-@pytest.mark.xfail(strict=True, reason="bug: the path reads 'key` in `$.craft'")
 @pytest.mark.parametrize("name", BAD_NAMES)
 def test_bad_craft_name(text: str, name: str) -> None:
     """A craft whose name cannot be part of a key is named by its path."""
     assert fault(text.replace("[craft.auv2]", f'[craft."{name}"]')).path == f"$.craft.{name}"
 
 
-@pytest.mark.xfail(strict=True, reason="bug: `$` of the patterns matches before a newline at the end")
 def test_name_with_newline(text: str) -> None:
     """A name ends where it seems to end: no newline hides behind it."""
     text = text.replace("[craft.auv2]", '[craft."auv2\\n"]').replace("auv2 =", '"auv2\\n" =')
     assert fault(text).path.startswith("$.")
 
 
-@pytest.mark.xfail(strict=True, reason="bug: `$` of the patterns matches before a newline at the end")
 @pytest.mark.parametrize("override", ['team.name="grex\\n"', 'team.estimator="none\\n"', 'link.profile="grex2008\\n"'])
 def test_word_with_newline(text: str, override: str) -> None:
     """A word that becomes part of a key, a file name or an import has no newline at its end."""
     assert fault(text, override).path == "$." + override.partition("=")[0]
 
 
-@pytest.mark.xfail(strict=True, reason="bug: the complaint takes two lines and its path is `$`")
 def test_key_with_newline(text: str) -> None:
     """Even an unknown key that has a newline in it is complained about in one line."""
     assert fault('"two\\nlines" = 1\n' + text)
