@@ -3,7 +3,9 @@
 import hashlib
 import math
 
-_SCALE = 2.0**-64
+# 53 bits: all that a float holds, so that no draw is rounded up to 1.
+_BITS = 53
+_SCALE = 2.0**-_BITS
 
 
 def uniform(seed: int, *purpose: object) -> float:
@@ -16,15 +18,19 @@ def uniform(seed: int, *purpose: object) -> float:
     *purpose
         What the draw is for: purpose, who, sequence number.
     """
-    return int.from_bytes(_digest(seed, purpose)[:8], "big") * _SCALE
+    return _unit(_digest(seed, purpose)[:8])
 
 
 def normal(seed: int, *purpose: object) -> tuple[float, float]:
     """Return two independent draws from the standard normal distribution (Box–Muller); see `uniform`."""
     digest = _digest(seed, purpose)
-    radius = math.sqrt(-2.0 * math.log((int.from_bytes(digest[:8], "big") + 1) * _SCALE))
-    angle = 2.0 * math.pi * int.from_bytes(digest[8:], "big") * _SCALE
+    radius = math.sqrt(-2.0 * math.log(1.0 - _unit(digest[:8])))
+    angle = 2.0 * math.pi * _unit(digest[8:])
     return radius * math.cos(angle), radius * math.sin(angle)
+
+
+def _unit(eight_bytes: bytes) -> float:
+    return (int.from_bytes(eight_bytes, "big") >> (64 - _BITS)) * _SCALE
 
 
 def _digest(seed: int, purpose: tuple[object, ...]) -> bytes:

@@ -1,7 +1,7 @@
 """The water as a pure core: transmissions go in, events with their times come out.
 
-A medium is deterministic in integer nanoseconds: the same seed and the same requests give the same events, whatever
-the order in which the requests of one tick arrive.
+A medium is deterministic in integer nanoseconds: the same seed and the same requests, handed over in the order of
+(start, place in the team, number), give the same events.
 """
 
 import heapq
@@ -68,8 +68,8 @@ class SlotMedium:
         self._seed = seed
         self._busy_until_ns = 0
         self._order = count()
-        self._events: list[tuple[int, int, int, Due]] = []
-        self._log: list[tuple[int, int, LinkEvent]] = []
+        self._events: list[tuple[int, int, int, int, Due]] = []
+        self._log: list[tuple[int, int, int, LinkEvent]] = []
         self.lookahead_ns = profile.airtime_ns(0)
 
     def place(self, truth: Truth) -> None:
@@ -83,7 +83,7 @@ class SlotMedium:
         self._note(request.t_ns, LinkEvent(
             request.t_ns, "refused" if refused else "started", source, request.seq, "", size, refused))  # fmt: skip
         status = TxEvent(request.seq, "FAILED" if refused else "SENT", refused)
-        self._announce(end_ns, source, status)
+        self._announce(end_ns, source, source, status)
         if refused:
             return
         self._busy_until_ns = end_ns
@@ -95,14 +95,14 @@ class SlotMedium:
         """Take the modem events before a time."""
         taken = []
         while self._events and self._events[0][0] < before_ns:
-            taken.append(heapq.heappop(self._events)[3])
+            taken.append(heapq.heappop(self._events)[-1])
         return taken
 
     def log(self, before_ns: int) -> list[LinkEvent]:
         """Take the log lines before a time."""
         taken = []
         while self._log and self._log[0][0] < before_ns:
-            taken.append(heapq.heappop(self._log)[2])
+            taken.append(heapq.heappop(self._log)[-1])
         return taken
 
     def next_event_ns(self) -> int | None:
@@ -120,10 +120,11 @@ class SlotMedium:
             t_ns, "lost" if lost else "delivered", source, request.seq, receiver, len(request.payload),
             "loss" if lost else ""))  # fmt: skip
         if not lost:
-            self._announce(t_ns, receiver, Received(source, request.payload))
+            self._announce(t_ns, receiver, source, Received(source, request.payload))
 
-    def _announce(self, t_ns: int, craft: str, event: Received | TxEvent) -> None:
-        heapq.heappush(self._events, (t_ns, self._team.index(craft), next(self._order), (t_ns, craft, event)))
+    def _announce(self, t_ns: int, craft: str, source: str, event: Received | TxEvent) -> None:
+        order = (t_ns, self._team.index(craft), self._team.index(source), next(self._order))
+        heapq.heappush(self._events, (*order, (t_ns, craft, event)))
 
     def _note(self, t_ns: int, event: LinkEvent) -> None:
-        heapq.heappush(self._log, (t_ns, next(self._order), event))
+        heapq.heappush(self._log, (t_ns, self._team.index(event.source), next(self._order), event))

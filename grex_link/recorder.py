@@ -1,5 +1,6 @@
 """Records a run as MCAP: JSON with schemas, so that the field's viewers open it. The only user of mcap."""
 
+import struct
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -74,7 +75,7 @@ def read_messages(path: Path) -> list[tuple[str, int, Any]]:
     """
     channels: dict[int, str] = {}
     messages = []
-    with path.open("rb") as file, suppress(EndOfFile):
+    with path.open("rb") as file, suppress(EndOfFile, struct.error):
         for record in StreamReader(file).records:
             if isinstance(record, Channel):
                 channels[record.id] = record.topic

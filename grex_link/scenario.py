@@ -13,7 +13,7 @@ from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_link.topics import RESERVED
 
-_UNKNOWN = re.compile(r"Object contains unknown field `(.+?)`")
+_UNKNOWN = re.compile(r"Object contains unknown field `(.+?)`", re.DOTALL)
 _MISSING = re.compile(r"Object missing required field `(.+?)`")
 _KEY = "key` in `"
 _AT = re.compile(r"^(?P<problem>.*?)(?: - at `(?P<path>.*?)`)?$", re.DOTALL)
@@ -76,8 +76,8 @@ def fingerprint(scenario: Scenario) -> str:
 def _apply(document: dict[str, Any], override: str) -> None:
     path, equals, value = override.partition("=")
     keys = path.strip().removeprefix("$.").split(".")
-    if not equals or not all(keys):
-        raise ConfigError(override, "an override has the form path=value, for instance link.loss=0.3")
+    if not equals or not all(keys) or "\n" in override:
+        raise ConfigError(_one_line(override), "an override has the form path=value, for instance link.loss=0.3")
     table = document
     for depth, part in enumerate(keys[:-1]):
         table = table.setdefault(part, {})
@@ -100,8 +100,12 @@ def _located(document: dict[str, Any], error: str) -> ConfigError:
         path = _with_key(document, path, problem)
     for pattern, text in ((_UNKNOWN, "unknown key"), (_MISSING, "is missing")):
         if found := pattern.search(problem):
-            return ConfigError(f"{path}.{found[1]}", text)
+            return ConfigError(f"{path}.{_one_line(found[1])}", text)
     return ConfigError(path, _plain(problem))
+
+
+def _one_line(key: str) -> str:
+    return key.encode("unicode_escape").decode()
 
 
 def _plain(problem: str) -> str:
@@ -122,7 +126,7 @@ def _with_key(document: dict[str, Any], path: str, problem: str) -> str:
             msgspec.convert(reduced, Scenario)
         except msgspec.ValidationError as error:
             if str(error).startswith(problem):
-                return path.replace("[...]", f".{entry}", 1)
+                return path.replace("[...]", f".{_one_line(entry)}", 1)
     return path.replace("[...]", "", 1)
 
 

@@ -10,6 +10,8 @@ from grex_link.profile import ModemProfile
 from grex_link.units import NS
 from grex_link.wire import TEAM_STATE_BYTES
 
+_ROUNDING_S = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class Slot:
@@ -71,7 +73,7 @@ def plan_schedule(link: LinkConfig, team: Sequence[str], profile: ModemProfile) 
     _check_overlaps(slots)
     end_s = max(slot.start_s + slot.length_s for slot in slots)
     cycle_s = link.cycle_s or end_s
-    if cycle_s < end_s:
+    if cycle_s < end_s - _ROUNDING_S:
         raise ConfigError("$.link.cycle_s", f"{cycle_s:g} s is too short: the last slot ends at {end_s:g} s")
     return Schedule(
         tuple(Slot(slot.craft, round(slot.start_s * NS), round(slot.length_s * NS)) for slot in slots),
@@ -83,7 +85,7 @@ def _check_overlaps(slots: Sequence[SlotConfig]) -> None:
     in_order = sorted(range(len(slots)), key=lambda place: slots[place].start_s)
     for before, after in pairwise(in_order):
         end_s = slots[before].start_s + slots[before].length_s
-        if slots[after].start_s < end_s - 1e-9:
+        if slots[after].start_s < end_s - _ROUNDING_S:
             raise ConfigError(
                 f"$.link.slots[{after}].start_s",
                 f"slot of {slots[after].craft} overlaps the slot of {slots[before].craft}, which ends at {end_s:g} s",

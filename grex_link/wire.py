@@ -128,7 +128,7 @@ def unpack(payload: bytes, now_s: float) -> TeamState:
 
 
 def _position(metres: float, axis: str) -> int:
-    if not abs(metres) <= _POSITION_MAX * POSITION_STEP_M:  # so that no number is refused, too
+    if not abs(metres) < (_POSITION_MAX + 0.5) * POSITION_STEP_M:  # so that no number is refused, too
         raise WireError(f"{axis} {metres:.1f} m is outside the mission frame of ±8192 m")
     return round(metres / POSITION_STEP_M)
 

@@ -201,8 +201,6 @@ def test_lookahead() -> None:
     assert water().lookahead_ns == 10 * NS
 
 
-    strict=True, reason="bug: at equal times of different airtimes events come in the order of insertion"
-)
 def test_order_at_equal_times() -> None:
     """Events of one time and receiver come in the order of their sources, whatever their airtime."""
     profile = ModemProfile(
