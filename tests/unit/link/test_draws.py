@@ -64,7 +64,7 @@ def test_different_purposes_differ() -> None:
 def test_same_in_every_version() -> None:
     """A seed gives the same run on every machine and in every version."""
     assert draws.uniform(1, "loss", "auv1", 0, "auv2") == 0.22626232048471007
-    assert draws.normal(1, "white", "auv1", 0) == pytest.approx((0.4496529584220666, -2.8975843875349128), abs=1e-12)
+    assert draws.normal(1, "white", "auv1", 0) == pytest.approx((0.025359237046038482, -0.16341609227315615), abs=1e-12)
 
 
 def test_uniform_is_below_one_for_every_hash(monkeypatch) -> None:
