@@ -92,15 +92,21 @@ def _lawnmower(mission: Lawnmower, place: tuple[float, float, float]) -> CraftPl
         tracks.append(Line(own_start, own_end, mission.speed_mps, down + below))
         if turn:
             centre = _moved(end, heading, 0.0, math.copysign(mission.turn_radius_m, turn))
+            _check_turn(mission, starboard, turn)
             radius = math.dist(centre, own_end)
-            if radius < 1e-3:
-                raise ConfigError(
-                    "$.mission.turn_radius_m",
-                    "a craft of the formation sits on the turning centre; take another radius",
-                )
             speed = mission.speed_mps * math.pi * radius / turn_length_m
             tracks.append(Arc(own_end, centre, turn, speed, down + below))
     return CraftPlan(tuple(tracks), down + below, mission.at_end == "hold")
+
+
+def _check_turn(mission: Lawnmower, starboard: float, turn: float) -> None:
+    """Check that a craft stays on the outer side of the turning centre: beyond it, it would have to go backwards."""
+    inside = math.copysign(starboard, starboard * turn)
+    if inside >= mission.turn_radius_m:
+        raise ConfigError(
+            "$.mission.turn_radius_m",
+            f"{mission.turn_radius_m:g} m is too narrow: a craft {inside:g} m on the inside would pass the turning centre",
+        )
 
 
 def _legs(mission: Lawnmower, start: NorthEast) -> Iterator[tuple[NorthEast, float, float]]:

@@ -55,7 +55,8 @@ class Hub:
         self._logbook = logbook
         self._progress = progress
         self._progress_at = 0.0
-        self._start_by = clock.monotonic_s() + scenario.clock.start_timeout_s
+        self.opened_at = clock.monotonic_s()
+        self._start_by = self.opened_at + scenario.clock.start_timeout_s
 
     @property
     def now_s(self) -> float:

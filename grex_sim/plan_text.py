@@ -3,16 +3,17 @@
 import math
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import msgspec
 
 from grex_agent.mission import TeamPlan
 from grex_agent.path import Track
-from grex_link.clock import NS
 from grex_link.config import Lawnmower, Scenario
 from grex_link.profile import ModemProfile, load_profile
 from grex_link.tdma import Schedule, plan_schedule
+from grex_link.units import NS
 from grex_link.wire import TEAM_STATE_BYTES
 
 _WIDTH = 110
@@ -125,8 +126,8 @@ def _mission(scenario: Scenario) -> str:
         return f"explicit tracks; at the end every craft {end}"
     return (
         f"lawnmower, {mission.legs} legs of {mission.leg_length_m:g} m, heading {mission.heading_deg:g}°, turn radius "
-        f"{mission.turn_radius_m:g} m, first turn to {mission.first_turn}, reference point at {mission.speed_mps:g} m/s; "
-        f"at the end every craft {end}"
+        f"{mission.turn_radius_m:g} m, first turn to {mission.first_turn}, reference point at "
+        f"{mission.speed_mps:g} m/s; at the end every craft {end}"
     )
 
 
@@ -151,7 +152,7 @@ def _starts(plan: TeamPlan) -> Iterator[str]:
     for craft, craft_plan in plan.craft.items():
         north, east, course = craft_plan.start
         degrees = f"{math.degrees(course) % 360.0:.1f}"
-        rows.append((craft, f"{north:.1f}", f"{east:.1f}", f"{craft_plan.start_depth_m:.1f}", degrees))
+        rows.append((craft, f"{north:z.1f}", f"{east:z.1f}", f"{craft_plan.start_depth_m:z.1f}", degrees))
     yield "Starts"
     yield from _table(("craft", "north m", "east m", "depth m", "course °"), rows, left=1)
 
@@ -178,7 +179,7 @@ def _equal_tracks(tracks: Sequence[Track]) -> dict[tuple[str, ...], list[int]]:
             f"{track.length_m:.1f}",
             f"{track.speed_mps:.3f}",
             f"{track.length_m / track.speed_mps:.1f}",
-            f"{track.depth_m:.1f}",
+            f"{track.depth_m:z.1f}",
         )
         groups.setdefault(shape, []).append(number)
     return groups
@@ -194,7 +195,7 @@ def _kind(track: Track) -> str:
 
 def _series(numbers: Sequence[int]) -> str:
     """List some numbers, short if they are many: ``0, 2 … 14`` for equal steps."""
-    steps = {later - earlier for earlier, later in zip(numbers, numbers[1:], strict=False)}
+    steps = {later - earlier for earlier, later in pairwise(numbers)}
     if len(numbers) > 3 and len(steps) == 1:
         return f"{numbers[0]}, {numbers[1]} … {numbers[-1]}"
     shown = numbers if len(numbers) <= _LISTED else numbers[: _LISTED - 1]
@@ -216,14 +217,14 @@ def _message(scenario: Scenario, schedule: Schedule, profile: ModemProfile) -> I
     airtime_s, loss = profile.airtime_ns(TEAM_STATE_BYTES) / NS, scenario.link.loss
     yield from _entry("Message", f"{TEAM_STATE_BYTES} bytes, airtime T = {airtime_s:g} s, lost with p = {loss:g}")
     by_age: dict[str, list[str]] = {}
-    for craft in scenario.craft:
+    for craft in scenario.craft if len(scenario.craft) > 1 else ():
         by_age.setdefault(f"{age_of_information_s(schedule, craft, airtime_s, loss):.1f}", []).append(craft)
-    for age_s, craft in by_age.items():
+    for age_s, team in by_age.items():
         if age_s == "inf":
-            yield from _entry("Never heard", ", ".join(craft))
+            yield from _entry("Never heard", ", ".join(team))
         else:
-            formula = _age_formula(schedule, craft[0], loss)
-            yield from _entry("Age of news", f"{age_s} s on average = {formula}, of {', '.join(craft)}")
+            formula = _age_formula(schedule, team[0], loss)
+            yield from _entry("Mean age", f"{age_s} s = {formula}, of what the mates know of {', '.join(team)}")
 
 
 def _age_formula(schedule: Schedule, craft: str, loss: float) -> str:

@@ -44,6 +44,9 @@ _SAMPLES_MAX = 6000
 _LEGEND_MAX = 40
 
 
+_Taken = dict[tuple[int, int], list[tuple[float, float]]]
+
+
 @dataclass(frozen=True, slots=True)
 class _Run:
     """What a run's series.csv holds: t_s and fd's columns by name, and positions of shape (l, craft, 2)."""
@@ -168,13 +171,15 @@ def _read(path: Path, team: Sequence[str]) -> _Run | None:
 
 
 def _arrangement(plan: TeamPlan) -> dict[str, Any]:
-    """Give the tracks the whole width, or the whole height, whichever they need more."""
+    """Give the tracks the shape they need."""
     north, east = _extent(plan)
     alone = len(plan.craft) == 1
-    if east >= north:
+    if north > 1.3 * east:
+        return {"mosaic": [["tracks", "fd"], ["tracks", "fd" if alone else "relative"]], "width_ratios": [1.0, 1.1]}
+    if alone or east > 3.0 * north:
         below = ["fd", "fd"] if alone else ["fd", "relative"]
         return {"mosaic": [["tracks", "tracks"], below], "width_ratios": [1.5, 1.0], "height_ratios": [1.2, 1.0]}
-    return {"mosaic": [["tracks", "fd"], ["tracks", "fd" if alone else "relative"]], "width_ratios": [1.0, 1.1]}
+    return {"mosaic": [["tracks", "relative"], ["fd", "fd"]], "width_ratios": [1.6, 1.0], "height_ratios": [1.5, 1.0]}
 
 
 def _draw_tracks(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
@@ -182,7 +187,7 @@ def _draw_tracks(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
     axes.set_title("Tracks")
     for place, craft in enumerate(plan.craft.values()):
         label = "" if place else "planned track"
-        axes.plot(*_path(craft).T[::-1], color="0.55", linestyle=(0, (4, 3)), linewidth=0.8, label=label)
+        axes.plot(*_path(craft).T[::-1], color="0.82", linewidth=3.5, label=label)
     steps = np.unique(np.linspace(0, len(run.positions) - 1, _FORMATIONS).astype(int))
     for step in steps:
         _fill_formation(axes, run.positions[step], "" if step else "formation")
@@ -194,14 +199,16 @@ def _draw_tracks(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
 
 
 def _draw_deviation(axes: "Axes", run: _Run) -> None:
-    names, labels, units, shades = zip(*_PARTS, strict=True)
-    means = [run.columns[name].mean() for name in names]
-    labels = [f"{label} (mean {mean:.3g} {unit})" for label, mean, unit in zip(labels, means, units, strict=True)]
     time_s, total = _thin(run.columns["t_s"]), _thin(run.columns["fd"])
-    axes.stackplot(time_s, *(_thin(run.columns[name]) for name in names), colors=shades, labels=labels, linewidth=0.0)
+    below = np.zeros_like(time_s)
+    for column, name, unit, shade in _PARTS:
+        above = below + _thin(run.columns[column])
+        label = f"{name} (mean {run.columns[column].mean():.3g} {unit})"
+        axes.fill_between(time_s, below, above, color=shade, linewidth=0.0, label=label)
+        below = above
     axes.plot(time_s, total, color="black", linewidth=0.7, marker="o" if len(time_s) == 1 else "", label="fd(k)")
     axes.set_title(f"Formation deviation FD = {run.columns['fd'].mean():.4f}, the mean of fd(k)")
-    axes.set(xlabel="mission time (s)", ylabel="fd(k): sum of its parts (m, rad, m)", axisbelow=True)
+    axes.set(xlabel="mission time (s)", ylabel="fd(k), sum of its parts (m and rad)", axisbelow=True)
     axes.set_ylim(0.0, 1.3 * max(float(total.max()), 1e-3))
     axes.margins(x=0.01)
     axes.grid(visible=True, color="0.9", linewidth=0.6)
@@ -254,7 +261,7 @@ def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:
 
 def _mark_tracks(axes: "Axes", plan: TeamPlan, apart_m: float) -> None:
     """Put numbers and arrows on the tracks, as many as find room."""
-    taken: set[tuple[int, int]] = set()
+    taken: _Taken = {}
     for place, craft in enumerate(plan.craft.values()):
         for number, track in enumerate(craft.tracks):
             north, east = track.point(0.5)
@@ -266,12 +273,13 @@ def _mark_tracks(axes: "Axes", plan: TeamPlan, apart_m: float) -> None:
                 _put_arrow(axes, track, _colour(place))
 
 
-def _find_room(taken: set[tuple[int, int]], north: float, east: float) -> bool:
-    """Take a cell of a grid if it and all its neighbours are free."""
-    cell = math.floor(north), math.floor(east)
-    if any((cell[0] + up, cell[1] + across) in taken for up in (-1, 0, 1) for across in (-1, 0, 1)):
+def _find_room(taken: _Taken, north: float, east: float) -> bool:
+    """Take a place if it is 1 or more away from all others; `taken` has them by cells of 1 by 1."""
+    up, across = math.floor(north), math.floor(east)
+    near = (taken.get((up + i, across + j), []) for i in (-1, 0, 1) for j in (-1, 0, 1))
+    if any(math.dist(other, (north, east)) < 1.0 for cell in near for other in cell):
         return False
-    taken.add(cell)
+    taken.setdefault((up, across), []).append((north, east))
     return True
 
 

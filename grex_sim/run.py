@@ -98,9 +98,18 @@ def _simulate(
         raise
     finally:
         progress(hub.now_s)
-        wall_s = 0.0 if hub.started_at is None else clock.monotonic_s() - hub.started_at
+        now = clock.monotonic_s()
+        started_at = now if hub.started_at is None else hub.started_at
         logbook.close()
-        summary, result = summarise(scenario, plan, logbook, mission_s=hub.now_s, wall_s=wall_s, fault=fault)
+        summary, result = summarise(
+            scenario,
+            plan,
+            logbook,
+            mission_s=hub.now_s,
+            startup_s=started_at - hub.opened_at,
+            wall_s=now - started_at,
+            fault=fault,
+        )
         if out is not None:
             write_files(out, scenario, logbook, summary, result)
     return summary

@@ -29,6 +29,8 @@ class Summary(msgspec.Struct, kw_only=True):
     fd_xte: float | None
     duration_s: float
     """Mission time that was run."""
+    startup_s: float
+    """Wall time from the opening of the bus until everybody was on it."""
     wall_s: float
     """Wall time from the first tick to the last."""
     real_time_factor: float
@@ -53,7 +55,14 @@ class Summary(msgspec.Struct, kw_only=True):
 
 
 def summarise(
-    scenario: Scenario, plan: TeamPlan, logbook: Logbook, *, mission_s: float, wall_s: float, fault: str
+    scenario: Scenario,
+    plan: TeamPlan,
+    logbook: Logbook,
+    *,
+    mission_s: float,
+    startup_s: float,
+    wall_s: float,
+    fault: str,
 ) -> tuple[Summary, Score]:
     """Judge a run that is over, whether or not it came to its end."""
     positions = logbook.positions
@@ -73,6 +82,7 @@ def summarise(
         fd_angle=angle,
         fd_xte=xte,
         duration_s=mission_s,
+        startup_s=startup_s,
         wall_s=wall_s,
         real_time_factor=mission_s / wall_s if wall_s else 0.0,
         ticks=ticks,

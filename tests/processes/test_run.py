@@ -18,7 +18,6 @@ class Recorded:
     summary: dict
     folder: Path
     processes: dict = field(default_factory=dict)
-    first_tick_after_s: float = 0.0
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +66,11 @@ def test_five_processes_for_three_craft(run):
     assert set(run.processes) == {"auv1", "auv2", "auv3", "link", "sim"}
     assert len({pid for pid, _ in run.processes.values()}) == 5
     assert len({parent for _, parent in run.processes.values()}) == 1
+
+
+def test_the_first_tick_comes_soon(run):
+    """Everybody is on the bus, and the mission starts, within five seconds."""
+    assert 0.0 < run.summary["startup_s"] < 5.0
 
 
 def test_same_digest_with_random_delays_in_every_process(run, in_process):

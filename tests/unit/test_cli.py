@@ -1,0 +1,143 @@
+"""The console, from its arguments to what it prints and its exit status."""
+
+import json
+import sys
+
+import pytest
+from missions import SCENARIOS
+
+from grex_link.scenario import loads
+from grex_sim import cli
+
+PAPER = str(SCENARIOS / "paper-d.toml")
+SLOTS = "link.slots=[{craft='auv1',start_s=0,length_s=10},{craft='auv2',start_s=%s,length_s=%s}]"
+
+
+@pytest.fixture
+def grex(monkeypatch, capsys, tmp_path):
+    """Run the console in this process: (exit status, standard output, standard error)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["grex", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        captured = capsys.readouterr()
+        return ended.value.code, captured.out, captured.err
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("override", "path"),
+    [
+        ("nonsense=1", "$.nonsense"),
+        ("link.los=0.1", "$.link.los"),
+        ("craft.auv2.vehicle.surge.lag=1", "$.craft.auv2.vehicle.surge"),
+        ("craft.auv2.navigation.white=1", "$.craft.auv2.navigation.white"),
+        ("link.loss='much'", "$.link.loss"),
+        ("link.loss=1.1", "$.link.loss"),
+        ("link.loss=nan", "$.link.loss"),
+        ("mission.legs=0", "$.mission.legs"),
+        ("mission.legs=2.5", "$.mission.legs"),
+        ("mission.speed_mps=inf", "$.mission.speed_mps"),
+        ("mission.type='spiral'", "$.mission.type"),
+        ("mission.formation_m.auv2=[0,0]", "$.mission.formation_m.auv2"),
+        ("mission.formation_m.auv9=[0,0,0]", "$.mission.formation_m.auv9"),
+        ("craft.auv9={}", "$.mission.formation_m.auv9"),
+        ("craft.AUV={}", "$.craft.AUV"),
+        ("craft.link={}", "$.craft.link"),
+        ("mission.turn_radius_m=20", "$.mission.turn_radius_m"),
+        ("mission.turn_radius_m=26", "$.mission.formation_m.auv2"),
+        ("team.speed_min_mps=5", "$.team.speed_min_mps"),
+        ("team.estimator=clairvoyant", "$.team.estimator"),
+        ("team.controller=json:JSONDecoder2", "$.team.controller"),
+        ("clock.pace=quick", "$.clock.pace"),
+        ("bus.endpoints=['127.0.0.1']", "$.bus.endpoints[0]"),
+        ("link.profile=shouting", "$.link.profile"),
+        (SLOTS % (10, 9), "$.link.slots[1].length_s"),
+        (SLOTS % (5, 10), "$.link.slots[1].start_s"),
+        (SLOTS.replace("auv2", "auv9") % (10, 10), "$.link.slots[1].craft"),
+        ("link.cycle_s=29", "$.link.cycle_s"),
+        ("duration_s=-1", "$.duration_s"),
+        ("craft.auv1.vehicle.surge={lag_s=1,min=2,max=1,rate_max=1}", "$.craft.auv1.vehicle.surge.min"),
+    ],
+)
+def test_a_bad_scenario_is_one_line_with_its_path(grex, override, path):
+    """Whatever is wrong, the exit status is 2 and one line names where it is; nothing is run for it."""
+    status, out, err = grex("run", PAPER, "--set", override)
+    assert (status, out) == (2, "")
+    assert err.startswith(f"grex: {path}")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["run", "check", "sim", "link"])
+def test_a_file_that_is_not_there(grex, command):
+    """Every command names the scenario file it cannot read."""
+    assert grex(command, "none.toml")[::2] == (
+        2,
+        "grex: none.toml: cannot read the scenario file: No such file or directory\n",
+    )
+
+
+def test_an_unknown_craft(grex):
+    """An agent of a craft that is not in the scenario is refused with those there are."""
+    status, _, err = grex("agent", PAPER, "--craft", "auv7")
+    assert (status, err) == (2, "grex: --craft: unknown craft 'auv7'; there are auv1, auv2, auv3\n")
+
+
+def test_run_prints_one_json_object(grex, tmp_path):
+    """With --json there is one object on standard output, and nothing on standard error when that is no terminal."""
+    status, out, err = grex("run", PAPER, "--in-process", "--set", "duration_s=50", "--seed", "3", "--json")
+    assert (status, err) == (0, "")
+    summary = json.loads(out)
+    assert summary["seed"] == 3
+    assert summary["ticks"] == 50
+    assert (tmp_path / summary["out"] / "run.png").exists()
+
+
+def test_run_prints_a_summary(grex):
+    """Without --json a person reads FD, speed, messages and digest."""
+    status, out, _ = grex("run", PAPER, "--in-process", "--set", "duration_s=50", "--out", "here")
+    assert status == 0
+    assert all(
+        word in out for word in ("formation deviation FD", "x real time", "messages sent", "digest", "files in here")
+    )
+
+
+def test_a_pace_that_is_not_held_is_said(grex):
+    """Faster than the machine can, the run says so instead of degrading silently."""
+    status, out, _ = grex(
+        "run", PAPER, "--in-process", "--pace", "1000", "--set", "duration_s=300", "--set", "clock.tick_s=0.02"
+    )
+    assert status == 0
+    assert "WARNING: the pace was not held" in out
+
+
+def test_an_output_folder_that_cannot_be_made(grex, tmp_path):
+    """A file in the way of the output folder is named."""
+    (tmp_path / "taken").write_text("")
+    status, _, err = grex("run", PAPER, "--in-process", "--out", "taken")
+    assert (status, err) == (2, "grex: --out: cannot make the folder taken: File exists\n")
+
+
+def test_check_prints_the_plan_and_draws_it(grex, tmp_path):
+    """`grex check` says what will happen and draws the tracks."""
+    status, out, _ = grex("check", PAPER, "--out", "plan.png")
+    assert status == 0
+    assert "4629" in out
+    assert (tmp_path / "plan.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_example_is_a_sound_scenario(grex):
+    """What `grex example` prints can be run as it is."""
+    status, out, _ = grex("example")
+    assert status == 0
+    assert loads(out).craft
+
+
+def test_help_names_every_command(grex):
+    """`grex --help` lists what there is."""
+    status, out, _ = grex("--help")
+    assert status == 0
+    assert all(command in out for command in cli.COMMANDS)
