@@ -179,6 +179,18 @@ def test_a_prediction_made_in_advance_is_taken_back(t_s):
         assert_same(eager, patient)
 
 
+def test_a_prediction_taken_back_after_a_message():
+    """A prediction that is taken back leaves the mate on the track that its message put it on."""
+    eager, patient = run(115.0, []), run(115.0, [])
+    for filtered in (eager, patient):
+        assert filtered.correct(message(115.0, 80.0, -10.0, track=0))
+    eager.advance(116.0)
+    for filtered in (eager, patient):
+        filtered.advance(115.4)
+    assert_same(eager, patient)
+    assert patient.progress < 0.95
+
+
 # -- KF 2 ---------------------------------------------------------------------------------------------------------
 
 
