@@ -67,7 +67,7 @@ class AgentCore:
         self._prepare = getattr(self._estimator, "prepare", None)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
         self._schedule = plan_schedule(scenario.link, self._team, load_profile(scenario.link.profile))
-        self._slots_until_ns = self._next_slot_ns = 0
+        self._next_slot_ns = 0
         self._fix: Fix | None = None
         self._fix_usable = False
         self._own: Own | None = None
@@ -172,8 +172,7 @@ class AgentCore:
         before_ns = now_ns + self._tick_ns
         if before_ns <= self._next_slot_ns:
             return []
-        openings = self._schedule.openings(self._craft, max(now_ns, self._slots_until_ns), before_ns)
-        self._slots_until_ns = before_ns
+        openings = self._schedule.openings(self._craft, now_ns, before_ns)
         following = self._schedule.openings(self._craft, before_ns, before_ns + self._schedule.cycle_ns)
         self._next_slot_ns = following[0] if following else sys.maxsize
         outputs: list[Output] = []
@@ -221,7 +220,7 @@ class AgentCore:
         processor = self._processor
         track = processor.track
         course = self._guidance.course(track, processor.place)
-        if self._plan.hold_at_end and processor.last and processor.place.theta >= 1.0 and self._fix is not None:
+        if self._plan.hold_at_end and processor.place.theta >= 1.0 and self._fix is not None:
             towards = self._place_keeping.steer(self._fix.north_m, self._fix.east_m, track.point(1.0))
             hold = hold or towards is None
             course, speed_mps = towards or (course, 0.0)

@@ -30,11 +30,6 @@ class ManoeuvreProcessor:
         self.place = Place(0.0, 0.0, 0.0)
         self.progress = 0.0
 
-    @property
-    def last(self) -> bool:
-        """Whether this is the last track."""
-        return self.number == len(self._tracks) - 1
-
     def follow(self, north_m: float, east_m: float) -> Place:
         """Take a position; change track if the present one is done. Returns where the position stands."""
         place = self.track.locate(north_m, east_m)

@@ -105,7 +105,7 @@ def _check_turn(mission: Lawnmower, starboard: float, turn: float) -> None:
     if inside >= mission.turn_radius_m:
         raise ConfigError(
             "$.mission.turn_radius_m",
-            f"{mission.turn_radius_m:g} m is too narrow: a craft {inside:g} m on the inside would pass the turning centre",
+            f"{mission.turn_radius_m:g} m is too narrow: a craft {inside:g} m inside would pass the turning centre",
         )
 
 

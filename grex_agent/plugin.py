@@ -28,11 +28,12 @@ def load_plugin(path: str, name: str, known: Mapping[str, str]) -> Callable[...,
     if not colon:
         raise ConfigError(path, f"{name!r} is not one of {', '.join(known)}, nor your_package.module:YourClass")
     try:
-        found: Any = getattr(import_module(module_name), attribute)
-    except ImportError as error:
-        raise ConfigError(path, f"cannot import {module_name!r}: {error}") from None
-    except AttributeError:
-        raise ConfigError(path, f"module {module_name!r} has no {attribute!r}") from None
+        module = import_module(module_name)
+    except Exception as error:
+        raise ConfigError(path, f"cannot import {module_name!r}: {type(error).__name__}: {error}") from error
+    found: Any = getattr(module, attribute, None)
+    if found is None:
+        raise ConfigError(path, f"module {module_name!r} has no {attribute!r}")
     if not callable(found):
         raise ConfigError(path, f"{name!r} is not a class")
     found_class: Callable[..., Any] = found

@@ -45,11 +45,12 @@ def compensate(
 ) -> Steering:
     """Find heading, pitch and surge for a wanted velocity over ground.
 
-    If the wanted speed needs more surge than there is (or less than the least), the surge is set to the limit and the
-    course is kept at the speed over ground the sphere allows. If the line misses the sphere – the current across the
-    course is stronger than the craft – the craft points straight against the current across, which keeps it as near to
-    its track as can be (`holdable` is False). If the line meets the sphere only behind the craft, it keeps the
-    course and is set back along it as slowly as can be (`holdable` is False too).
+    If the wanted speed needs more surge than there is, or less than the least, the surge is set to the limit. Of the
+    two speeds over ground at which the line then meets the sphere the one nearer to the wanted is taken: a craft told
+    to wait in a following current points against it. If the line misses the sphere – the current across the course is
+    stronger than the craft – the craft points straight against the current across, which keeps it as near to its track
+    as can be (`holdable` is False). If the line meets the sphere only behind the craft, it keeps the course and is set
+    back along it as slowly as can be (`holdable` is False too).
 
     Parameters
     ----------
@@ -77,7 +78,9 @@ def compensate(
     if reserve < 0.0:
         across = _minus(v0, along, current)
         return _steering(across, surge, along, (course_rad, pitch_rad), holdable=False)
-    ground = along + math.sqrt(reserve)
+    root = math.sqrt(reserve)
+    ahead = [ground for ground in (along - root, along + root) if ground > 0.0]
+    ground = min(ahead, key=lambda reached: abs(reached - speed_mps)) if ahead else along + root
     return _steering(_minus(v0, ground, current), surge, ground, (course_rad, pitch_rad), holdable=ground > 0.0)
 
 

@@ -124,7 +124,10 @@ def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
 
 
 def relative_positions(positions: Series, plan: TeamPlan) -> tuple[Series, Series]:
-    """Place the other craft in the frame of the first one, which turns with the first one's planned track.
+    """Place the other craft in a frame at the first one, which turns as much as the first one's tracks do.
+
+    On a line it has the line's course; an arc turns it on from there. So a lawnmower's formation stands still in it,
+    wherever in the formation the first craft is.
 
     Parameters
     ----------
@@ -138,18 +141,30 @@ def relative_positions(positions: Series, plan: TeamPlan) -> tuple[Series, Serie
     desired, real : ndarray, shape (l, craft - 1, 2)
         Metres ahead and to starboard of the first craft; desired is the plan at the first craft's progress.
     """
-    first, *others = plan.craft.values()
-    processor = ManoeuvreProcessor(first)
-    courses, planned = np.empty(len(positions)), np.empty_like(positions)
+    team = list(plan.craft.values())
+    processor, turns = ManoeuvreProcessor(team[0]), _turns(team[0])
+    headings, planned = np.empty(len(positions)), np.empty_like(positions)
     for step, (north, east) in enumerate(positions[:, 0].tolist()):
-        courses[step] = processor.follow(north, east).course_rad
-        planned[step] = [craft.point(processor.progress) for craft in (first, *others)]
-    return _turned(planned, courses), _turned(positions, courses)
+        theta = processor.follow(north, east).theta
+        heading, turn = turns[processor.number]
+        headings[step] = heading + theta * turn
+        planned[step] = [craft.point(processor.progress) for craft in team]
+    return _seen_from_first(planned, headings), _seen_from_first(positions, headings)
 
 
-def _turned(positions: Series, courses: Series) -> Series:
+def _turns(craft: CraftPlan) -> list[tuple[float, float]]:
+    """Heading of the frame at the start of every track, and by how much it turns on it, radians."""
+    turns: list[tuple[float, float]] = []
+    for track in craft.tracks:
+        turn = track.curvature * track.length_m
+        heading = sum(turns[-1]) if turn and turns else track.locate(*track.point(0.0)).course_rad
+        turns.append((heading, turn))
+    return turns
+
+
+def _seen_from_first(positions: Series, headings: Series) -> Series:
     away = positions[:, 1:] - positions[:, :1]
-    cos, sin = np.cos(courses)[:, None], np.sin(courses)[:, None]
+    cos, sin = np.cos(headings)[:, None], np.sin(headings)[:, None]
     ahead, starboard = away[..., 0] * cos + away[..., 1] * sin, away[..., 1] * cos - away[..., 0] * sin
     return np.stack([ahead, starboard], axis=-1)
 
@@ -174,7 +189,7 @@ def _arrangement(plan: TeamPlan) -> dict[str, Any]:
     """Give the tracks the shape they need."""
     north, east = _extent(plan)
     alone = len(plan.craft) == 1
-    if north > 1.3 * east:
+    if north > 1.3 * east or (alone and 1.5 * north > east):
         return {"mosaic": [["tracks", "fd"], ["tracks", "fd" if alone else "relative"]], "width_ratios": [1.0, 1.1]}
     if alone or east > 3.0 * north:
         below = ["fd", "fd"] if alone else ["fd", "relative"]
@@ -187,7 +202,7 @@ def _draw_tracks(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
     axes.set_title("Tracks")
     for place, craft in enumerate(plan.craft.values()):
         label = "" if place else "planned track"
-        axes.plot(*_path(craft).T[::-1], color="0.82", linewidth=3.5, label=label)
+        axes.plot(*_path(craft).T[::-1], color="0.82", linewidth=2.5, label=label)
     steps = np.unique(np.linspace(0, len(run.positions) - 1, _FORMATIONS).astype(int))
     for step in steps:
         _fill_formation(axes, run.positions[step], "" if step else "formation")
@@ -203,7 +218,7 @@ def _draw_deviation(axes: "Axes", run: _Run) -> None:
     below = np.zeros_like(time_s)
     for column, name, unit, shade in _PARTS:
         above = below + _thin(run.columns[column])
-        label = f"{name} (mean {run.columns[column].mean():.3g} {unit})"
+        label = f"{name} (mean {run.columns[column].mean():.4f} {unit})"
         axes.fill_between(time_s, below, above, color=shade, linewidth=0.0, label=label)
         below = above
     axes.plot(time_s, total, color="black", linewidth=0.7, marker="o" if len(time_s) == 1 else "", label="fd(k)")
@@ -242,8 +257,10 @@ def _set_up_map(axes: "Axes", across: str = "east (m)", up: str = "north (m)") -
 
 
 def _fill_formation(axes: "Axes", places: Series, label: str) -> None:
+    """Draw the polygon of the formation; two craft make a line."""
     if len(places) > 1:
-        axes.fill(places[:, 1], places[:, 0], facecolor="0.5", edgecolor="0.3", alpha=0.45, linewidth=1.0, label=label)
+        (polygon,) = axes.fill(places[:, 1], places[:, 0], facecolor="0.5", edgecolor="0.2", alpha=0.5, zorder=3)
+        polygon.set_label(label)
 
 
 def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:

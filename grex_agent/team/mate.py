@@ -194,7 +194,6 @@ class MateFilter:
         before = history[index]
         u_north, u_east = self._order(before)
         prior = self._model.predict(before.state, u_north, u_east, t_s - before.t_s)
-        self._processor.go_to(before.number)
         history.insert(index + 1, self._located(t_s, prior, before.others))
         return index + 1
 

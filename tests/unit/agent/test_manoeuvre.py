@@ -14,7 +14,7 @@ PLAN = CraftPlan(tuple(Line(CORNERS[i], CORNERS[i + 1], 1.0, 0.0) for i in range
 def test_progress_is_track_number_plus_theta():
     """Progress counts the tracks done and adds Θ of the present one."""
     processor = ManoeuvreProcessor(PLAN)
-    assert (processor.number, processor.progress, processor.last) == (0, 0.0, False)
+    assert (processor.number, processor.progress) == (0, 0.0)
     place = processor.follow(25.0, 3.0)
     assert place == processor.place
     assert (place.theta, place.xte_m) == pytest.approx((0.25, 3.0))
@@ -48,7 +48,7 @@ def test_several_tracks_in_one_step():
     """A fix that is tracks ahead is found at once."""
     processor = ManoeuvreProcessor(PLAN)
     processor.follow(150.0, 60.0)
-    assert (processor.number, processor.last) == (2, True)
+    assert processor.number == 2
 
 
 def test_the_last_track_never_ends():

@@ -29,7 +29,10 @@ def test_import_path(tmp_path, monkeypatch):
     ("name", "problem"),
     [
         ("circle", "'circle' is not one of line, arc, nor your_package.module:YourClass"),
-        ("no_such_module:Mine", "cannot import 'no_such_module': No module named 'no_such_module'"),
+        (
+            "no_such_module:Mine",
+            "cannot import 'no_such_module': ModuleNotFoundError: No module named 'no_such_module'",
+        ),
         ("grex_agent.path:Spiral", "module 'grex_agent.path' has no 'Spiral'"),
         ("grex_agent.path:TWO_PI", "'grex_agent.path:TWO_PI' is not a class"),
     ],

@@ -75,3 +75,12 @@ def test_no_direction_left():
     assert steering(0.0, 1.0, (1.0, 0.0, 0.0)) == (0.0, 0.0, 0.0, 1.0, True)
     straight_down = steering(0.7, 0.0, (0.0, 0.0, -1.0))
     assert straight_down == pytest.approx((0.7, -math.pi / 2.0, 1.0, 0.0, True))
+
+
+@pytest.mark.parametrize(("current", "least", "reached"), [(1.5, 0.3, 0.5), (0.55, 0.3, 0.25)])
+def test_a_craft_told_to_wait_points_against_a_following_current(current, least, reached):
+    """Of two speeds over ground that can be reached, the one nearer to the wanted is taken: nobody is pushed on."""
+    steering = compensate(0.0, 0.0, 0.3, (current, 0.0, 0.0), least, 1.0)
+    assert steering.ground_mps == pytest.approx(reached)
+    assert abs(steering.heading_rad) == pytest.approx(math.pi)
+    assert steering.holdable
