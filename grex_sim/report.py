@@ -170,7 +170,7 @@ def _seen_from_first(positions: Series, headings: Series) -> Series:
 
 
 def _read(path: Path, team: Sequence[str]) -> _Run | None:
-    """Read a series, thinned out to what a picture can show; fd's means are those of all steps."""
+    """Read a series; None if there is none, or one without steps."""
     if not path.is_file():
         return None
     names, *rows = path.read_text(encoding="utf-8").splitlines()

@@ -132,8 +132,8 @@ def test_the_figure_of_merit_is_that_of_all_steps(tmp_path, figures, monkeypatch
     ("count", "heading", "legs"), [(1, 0.0, 2), (1, 0.0, 12), (2, 90.0, 12), (7, 30.0, 3), (30, 0.0, 12), (30, 90.0, 3)]
 )
 def test_nothing_overlaps_and_nothing_is_cut_off(tmp_path, figures, count, heading, legs):
-    """Panels, titles and legend keep apart and stay inside the picture, whatever its team and its shape."""
-    title = "costs $5 or $6, " * 20
+    """Panels, titles and legend keep apart and stay inside the picture, whatever the team, the shape and the title."""
+    title = "costs $x_$ or $6, " * 20
     scenario, plan = lawnmower(ring(count), title=title, heading=heading, legs=legs)
     write_series(tmp_path, plan, as_planned(plan, 50))
     report.draw(tmp_path, scenario, plan)
