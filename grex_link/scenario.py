@@ -97,7 +97,7 @@ def _located(document: dict[str, Any], error: str) -> ConfigError:
         path = path.removeprefix(_KEY) + "[...]"
     # Once for each key msgspec left out.
     for _ in range(path.count("[...]")):
-        path = _with_key(document, path, problem)
+        path = _with_key(document, path, error)
     for pattern, text in ((_UNKNOWN, "unknown key"), (_MISSING, "is missing")):
         if found := pattern.search(problem):
             return ConfigError(f"{path}.{_one_line(found[1])}", text)
@@ -118,14 +118,14 @@ def _plain(problem: str) -> str:
     return problem[0].lower() + problem[1:]
 
 
-def _with_key(document: dict[str, Any], path: str, problem: str) -> str:
+def _with_key(document: dict[str, Any], path: str, complaint: str) -> str:
     """Replace the first ``[...]`` of a path by the key whose entry alone gives the same complaint."""
     keys = path.partition("[...]")[0].removeprefix("$").strip(".").split(".")
     for entry, reduced in _one_entry_each(document, keys):
         try:
             msgspec.convert(reduced, Scenario)
         except msgspec.ValidationError as error:
-            if str(error).startswith(problem):
+            if str(error) == complaint:
                 return path.replace("[...]", f".{_one_line(entry)}", 1)
     return path.replace("[...]", "", 1)
 

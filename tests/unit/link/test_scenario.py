@@ -326,3 +326,9 @@ def test_decode_checks_names() -> None:
     with pytest.raises(ConfigError) as caught:
         decode({"mission": mission, "craft": {"auv1": {}, "auv2": {}}})
     assert caught.value.path == "$.mission.formation_m.auv2"
+
+
+def test_bad_name_beside_a_good_one(text: str) -> None:
+    """Of two entries of a table the one with the fault is named, even where others complain alike."""
+    text = text.replace("[craft.auv3]", "[craft.AUV]").replace("auv3 =", "AUV =")
+    assert fault(text).path == "$.mission.formation_m.AUV"
