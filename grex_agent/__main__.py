@@ -29,7 +29,7 @@ def agent(scenario: ScenarioFile, craft: str, overrides: Overrides = ()) -> None
         raise ConfigError("--craft", f"unknown craft {craft!r}; there are {', '.join(config.craft)}")
     speak_as(f"agent {craft}")
     with ZenohBus(config, "agent", craft) as bus:
-        serve(bus, Agent(config, craft, bus), config.clock.chaos_delay_s)
+        serve(bus, Agent(config, craft, bus), config.clock)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ class Agent:
     """
 
     def __init__(self, scenario: Scenario, craft: str, outlet: Outlet) -> None:
-        self.done = False
+        self.done = self.started = False
         self._core = AgentCore(scenario, craft)
         self._craft = craft
         self._outlet = outlet
@@ -118,7 +118,9 @@ class Agent:
         if message.phase == "bye":
             self._send_states()
             self.done = True
-        elif not self._lockstep:
+            return
+        self.started = True
+        if not self._lockstep:
             self._clock = WallClock(self._pace, message.epoch_unix_ns)
 
     def _on_presence(self, message: Presence) -> None:

@@ -24,7 +24,7 @@ def link(scenario: ScenarioFile, overrides: Overrides = ()) -> None:
     config = load(scenario, overrides)
     speak_as("link")
     with ZenohBus(config, "link", "link") as bus:
-        serve(bus, Emulator(config, bus), config.clock.chaos_delay_s)
+        serve(bus, Emulator(config, bus), config.clock)
 
 
 if __name__ == "__main__":

@@ -21,8 +21,8 @@ import msgspec
 import zenoh
 
 from grex_link import clock, log
-from grex_link.config import Scenario
-from grex_link.errors import ConfigError
+from grex_link.config import ClockConfig, Scenario
+from grex_link.errors import BusError, ConfigError
 from grex_link.messages import Message, Presence
 from grex_link.node import Node
 from grex_link.scenario import fingerprint
@@ -292,7 +292,7 @@ def _wait_for_deadline(nodes: Sequence[Node]) -> bool:
     return True
 
 
-def serve(bus: ZenohBus, node: Node, chaos_delay_s: float = 0.0) -> None:
+def serve(bus: ZenohBus, node: Node, config: ClockConfig) -> None:
     """Drive one node on its bus until it is done.
 
     Parameters
@@ -301,15 +301,28 @@ def serve(bus: ZenohBus, node: Node, chaos_delay_s: float = 0.0) -> None:
         Its place on the bus.
     node : Node
         The participant.
-    chaos_delay_s : float
-        Longest random sleep before each message (see `ClockConfig.chaos_delay_s`).
+    config : ClockConfig
+        Start timeout and chaos delay.
+
+    Raises
+    ------
+    BusError
+        If the mission has not started after twice the time that the simulator waits for everybody.
     """
+    patience_s = 2.0 * config.start_timeout_s
+    start_by = clock.monotonic_s() + patience_s
     while not node.done:
         if bus.idle and node.in_idle_time():
             continue
-        envelope = bus.take(node.wall_s_to_deadline())
-        if chaos_delay_s:
-            clock.sleep_s(random.uniform(0.0, chaos_delay_s))  # noqa: S311 - no cryptography, and no result depends on it
+        wait_s = node.wall_s_to_deadline()
+        if not node.started:
+            left_s = start_by - clock.monotonic_s()
+            if left_s < 0.0:
+                raise BusError(f"the mission has not started for {patience_s:g} s; is the simulator still there?")
+            wait_s = left_s if wait_s is None else min(wait_s, left_s)
+        envelope = bus.take(wait_s)
+        if config.chaos_delay_s:
+            clock.sleep_s(random.uniform(0.0, config.chaos_delay_s))  # noqa: S311 - no result depends on it
         if envelope is not None:
             node.handle(*envelope)
         else:

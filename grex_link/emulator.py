@@ -36,7 +36,7 @@ class Emulator:
     """
 
     def __init__(self, scenario: Scenario, outlet: Outlet) -> None:
-        self.done = False
+        self.done = self.started = False
         self._outlet = outlet
         self._medium = make_medium(scenario)
         self._team = list(scenario.craft)
@@ -145,7 +145,9 @@ class Emulator:
     def _on_clock(self, message: Clock) -> None:
         if message.phase == "bye":
             self.done = True
-        elif self._pace != "lockstep":
+            return
+        self.started = True
+        if self._pace != "lockstep":
             self._clock = WallClock(1.0 if self._pace == "live" else float(self._pace), message.epoch_unix_ns)
 
     def _on_presence(self, message: Presence) -> None:

@@ -27,6 +27,10 @@ class Node(Protocol):
 
     done: bool
 
+    @property
+    def started(self) -> bool:
+        """Whether the mission has started."""
+
     def handle(self, topic: str, craft: str, message: Any) -> None:
         """Take one message; presence changes come as topic ``presence``."""
 

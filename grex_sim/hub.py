@@ -64,7 +64,7 @@ class Hub:
         return self._sea.truth.t_ns / NS
 
     @property
-    def running(self) -> bool:
+    def started(self) -> bool:
         """Whether the mission has started."""
         return self.started_at is not None
 
@@ -87,13 +87,13 @@ class Hub:
 
     def wall_s_to_deadline(self) -> float | None:
         """Wall seconds until `on_deadline` wants to be called."""
-        if not self.running:
+        if not self.started:
             return max(0.0, self._start_by - clock.monotonic_s())
         return self._wall_s_to_next()
 
     def on_deadline(self) -> None:
         """Name those who have not appeared, or let the pace do its part."""
-        if self.running:
+        if self.started:
             self._on_time()
         elif clock.monotonic_s() >= self._start_by:
             missing = ", ".join(sorted(set(self._everybody) - self._present))
@@ -152,12 +152,12 @@ class Hub:
             if presence.scenario != self._fingerprint:
                 raise BusError(f"{self._name(who)} runs another scenario; start all with the same file and overrides")
             self._present.add(who)
-            if not self.running and self._present == set(self._everybody):
+            if not self.started and self._present == set(self._everybody):
                 self.started_at = clock.monotonic_s()
                 self._start()
             return
         self._present.discard(who)
-        if self.running and not self.done:
+        if self.started and not self.done:
             raise FaultError(self._name(who), "left the bus (killed, stopped or cut off)", self.now_s)
 
     @staticmethod

@@ -81,7 +81,7 @@ class LiveHub(Hub):
     def handle(self, topic: str, craft: str, message: Any) -> None:
         """Take one message; a tick that is due comes first."""
         super().handle(topic, craft, message)
-        if self.running and not self.done and self._wall_s_to_next() == 0.0:
+        if self.started and not self.done and self._wall_s_to_next() == 0.0:
             self._on_time()
 
 

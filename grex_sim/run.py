@@ -63,7 +63,7 @@ def simulate(scenario: Scenario, out: Path | None, progress: Progress) -> Summar
 
         def play(hub: Hub) -> None:
             try:
-                serve(bus, hub, scenario.clock.chaos_delay_s)
+                serve(bus, hub, scenario.clock)
             except BaseException:
                 hub.say_goodbye()
                 raise

@@ -8,8 +8,8 @@ import pytest
 import zenoh
 
 from grex_link.bus import ZenohBus, serve
-from grex_link.config import Scenario
-from grex_link.errors import GrexError
+from grex_link.config import ClockConfig, Scenario
+from grex_link.errors import BusError, GrexError
 from grex_link.messages import Clock, Fix, ModemEvent, Presence, Received, Setpoint
 from grex_link.scenario import fingerprint
 
@@ -156,7 +156,7 @@ class Twice:
     """A node that counts what it is asked to do, and is done after its second fix."""
 
     def __init__(self, idle_work: int) -> None:
-        self.done = False
+        self.done = self.started = False
         self.asked: list[str] = []
         self.idle_work = idle_work
 
@@ -195,7 +195,7 @@ def test_serve(scenario: Scenario) -> None:
         for _ in range(3):
             sim.put("fix", "auv1", FIX)
         node = Twice(idle_work=0)
-        serve(agent, node, chaos_delay_s=0.001)
+        serve(agent, node, ClockConfig(chaos_delay_s=0.001))
         assert node.asked.count("fix") == 2
         assert node.asked[-1] == "fix"
 
@@ -207,5 +207,22 @@ def test_idle_time(scenario: Scenario) -> None:
         see(agent, "sim", alive=True)
         assert agent.idle
         node = Idle()
-        serve(agent, node)
+        serve(agent, node, ClockConfig())
         assert node.asked == ["idle"] * 3 + ["deadline"]
+
+
+class Waiting(Twice):
+    """A node that has nothing to do before the mission starts."""
+
+    def wall_s_to_deadline(self) -> float | None:
+        return None
+
+
+def test_nobody_waits_for_the_start_for_ever(scenario: Scenario) -> None:
+    """A participant that hears nothing of the start gives up after twice the start timeout, and says so."""
+    with (
+        ZenohBus(scenario, "sim", "sim"),
+        ZenohBus(scenario, "agent", "auv1") as agent,
+        pytest.raises(BusError, match=r"has not started for 0\.2 s"),
+    ):
+        serve(agent, Waiting(idle_work=0), ClockConfig(start_timeout_s=0.1))
