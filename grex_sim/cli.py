@@ -21,13 +21,14 @@ Pace = Annotated[
         help="As fast as possible, with the wall clock, or so many times as fast.",
     ),
 ]
+Seed = Annotated[int | None, tyro.conf.arg(metavar="INT")]
 Out = Annotated[Path | None, tyro.conf.arg(metavar="DIR", help="Folder for the run's files; default runs/NAME-TIME.")]
 
 
 def run(
     scenario: ScenarioFile,
     pace: Pace = None,
-    seed: int | None = None,
+    seed: Seed = None,
     overrides: Overrides = (),
     out: Out = None,
     in_process: bool = False,  # noqa: FBT001, FBT002 - a flag
@@ -191,6 +192,7 @@ def main() -> None:
             COMMANDS,
             prog="grex",
             description="Team navigation and control for craft that share a sound channel.",
+            config=(tyro.conf.FlagCreatePairsOff,),
         )
     )
 
