@@ -30,6 +30,8 @@ from grex_link.topics import TOPICS, Role, key, presence_key, subscriptions
 
 DEFAULT_ENDPOINTS = ("tcp/127.0.0.1:7447",)
 _RETRY_S = 0.1
+#: After this long without a sign a link is taken for dead. A killed process is known at once: its socket closes.
+_LEASE_MS = 5000
 
 #: (topic, craft, message)
 Envelope = tuple[str, str, Any]
@@ -51,7 +53,7 @@ def session_config(
             "shared_memory": {"enabled": False},
             "link": {
                 "tx": {
-                    "lease": 2000,
+                    "lease": _LEASE_MS,
                     "queue": {
                         "congestion_control": {"block": {"wait_before_close": 600_000_000 if lockstep else 500_000}}
                     },
