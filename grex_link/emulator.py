@@ -5,7 +5,7 @@ from typing import Any
 from grex_link import log
 from grex_link.clock import WallClock
 from grex_link.config import Scenario
-from grex_link.errors import FaultError
+from grex_link.errors import ConfigError, FaultError
 from grex_link.medium import Due, Medium, SlotMedium
 from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Step, Transmit, Truth
 from grex_link.node import Outlet
@@ -17,7 +17,10 @@ def make_medium(scenario: Scenario) -> Medium:
     """Build the medium a scenario asks for."""
     link = scenario.link
     seed = scenario.seed if link.seed is None else link.seed
-    return SlotMedium(load_profile(link.profile), list(scenario.craft), link.loss, seed)
+    profile = load_profile(link.profile)
+    if not profile.one_speaker_at_a_time:
+        raise ConfigError("$.link.profile", "this version emulates only modems of which one speaks at a time")
+    return SlotMedium(profile, list(scenario.craft), link.loss, seed)
 
 
 class Emulator:

@@ -12,7 +12,6 @@ from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.messages import Clock, LinkReport, Setpoint
 from grex_link.node import Outlet
-from grex_link.units import NS
 from grex_sim.hub import Hub, Progress
 from grex_sim.logbook import Logbook
 
@@ -65,6 +64,7 @@ class LiveHub(Hub):
             }
             self._sea.advance(fresh)
             self._logbook.setpoints(fresh, self._team)
+            self._logbook.adrift(self._sea.adrift)
         self._logbook.truth(self._sea.truth)
         self._due_tick += 1
         if self._sea.tick >= self._last_tick:
@@ -83,8 +83,3 @@ class LiveHub(Hub):
         super().handle(topic, craft, message)
         if self.started and not self.done and self._wall_s_to_next() == 0.0:
             self._on_time()
-
-
-def nominal_wall_s(duration_s: float, pace: float) -> float:
-    """Wall seconds a run takes at a pace."""
-    return duration_s / pace + _LEAD_NS / NS

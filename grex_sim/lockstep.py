@@ -67,6 +67,7 @@ class LockstepHub(Hub):
             self._outlet.put("advance", "", Advance(self._steps))
             self._steps = []
         self._logbook.setpoints(setpoints, self._team)
+        self._logbook.adrift(self._sea.adrift)
         self._logbook.truth(self._sea.truth)
         self._write_and_tell()
         if over:

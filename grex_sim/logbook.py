@@ -46,6 +46,7 @@ class Logbook:
         self.messages_sent = self.bytes_sent = self.delivered = self.lost = self.refused = 0
         self.late_ticks = self.late_setpoints = 0
         self.bad_frames: dict[str, int] = {}
+        self.adrift_steps: dict[str, int] = {}
         self.unhealthy_steps: dict[str, dict[str, int]] = {}
 
     def truth(self, truth: Truth) -> None:
@@ -62,6 +63,11 @@ class Logbook:
         for craft in team:
             if craft in setpoints:
                 self._hashes["setpoints"].update(self._encode(setpoints[craft]))
+
+    def adrift(self, craft: Sequence[str]) -> None:
+        """Count a step in which craft could not make good their course against the current."""
+        for name in craft:
+            self.adrift_steps[name] = self.adrift_steps.get(name, 0) + 1
 
     def link_events(self, events: Sequence[LinkEvent]) -> None:
         """Take down lines of the medium's log."""

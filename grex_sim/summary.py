@@ -47,6 +47,8 @@ class Summary(msgspec.Struct, kw_only=True):
     late_ticks: int
     late_setpoints: int
     bad_frames: dict[str, int]
+    adrift_steps: dict[str, int]
+    """For each craft, in how many steps the current was too strong for the course it was to make good."""
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
     digest: str
@@ -96,6 +98,7 @@ def summarise(
         late_ticks=logbook.late_ticks,
         late_setpoints=logbook.late_setpoints,
         bad_frames=logbook.bad_frames,
+        adrift_steps=logbook.adrift_steps,
         unhealthy_steps=logbook.unhealthy_steps,
         digest=logbook.digest,
     )
@@ -166,6 +169,10 @@ def _warnings(summary: Summary) -> list[str]:
         f"WARNING: {craft} reported {word} in {steps} steps"
         for craft, words in summary.unhealthy_steps.items()
         for word, steps in words.items()
+    ]
+    lines += [
+        f"WARNING: {craft} could not hold its course against the current in {steps} steps"
+        for craft, steps in summary.adrift_steps.items()
     ]
     lines += [f"WARNING: {craft} received {n} bad frames" for craft, n in summary.bad_frames.items()]
     return lines

@@ -8,7 +8,7 @@ from grex_agent.coordination import SpeedController
 from grex_agent.mission import TeamPlan
 from grex_agent.plugin import load_plugin
 from grex_link.config import Scenario
-from grex_link.messages import MateBelief, Truth
+from grex_link.messages import MateBelief
 from grex_link.wire import TeamState
 
 KNOWN = {
@@ -84,13 +84,6 @@ class TeamEstimator(Protocol):
         list of MateBelief
             In the order of the team. A mate of whom nothing is believed is left out, and not waited for.
         """
-
-
-class OracleEstimator(TeamEstimator, Protocol):
-    """An estimator that may see the truth; for the bench only (the paper's case b)."""
-
-    def see(self, truth: Truth) -> None:
-        """Take the true poses of this step."""
 
 
 def needs_oracle(scenario: Scenario) -> bool:

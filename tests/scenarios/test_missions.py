@@ -52,6 +52,13 @@ def test_an_unknown_current_costs_cross_track():
     assert fly_text(LINE_ABREAST.format(gap=30, duration=1200), *current).fd_xte == pytest.approx(3.0, rel=0.15)
 
 
+def test_a_current_too_strong_is_said():
+    """A craft that cannot make good its course is named with the number of steps, and the run goes on."""
+    summary = fly_text(LINE_ABREAST.format(gap=30, duration=60), "sea.current_ned_mps=[-3.5, 0.0, 0.0]")
+    assert summary.complete
+    assert summary.adrift_steps == {"auv1": 60, "auv2": 60, "auv3": 60}
+
+
 def test_losses_make_it_worse_but_not_bad():
     """Half of the datagrams lost costs FD less than a tenth."""
     lossless, lossy = fly("paper-d"), fly("paper-d", "link.loss=0.5")
