@@ -6,7 +6,7 @@ from grex_agent.core import AgentCore
 from grex_agent.team.interface import needs_oracle
 from grex_link.clock import WallClock
 from grex_link.config import Scenario
-from grex_link.errors import FaultError
+from grex_link.errors import FaultError, GrexError
 from grex_link.messages import AgentState, AgentStates, Clock, Fix, ModemEvent, Presence, Truth
 from grex_link.node import Outlet
 from grex_link.units import NS
@@ -118,6 +118,8 @@ class Agent:
         if message.phase == "bye":
             self._send_states()
             self.done = True
+            if message.reason:
+                raise GrexError(f"sim ended the run: {message.reason}")
             return
         self.started = True
         if not self._lockstep:

@@ -5,7 +5,7 @@ from typing import Any
 from grex_link import log
 from grex_link.clock import WallClock
 from grex_link.config import Scenario
-from grex_link.errors import ConfigError, FaultError
+from grex_link.errors import ConfigError, FaultError, GrexError
 from grex_link.medium import Due, Medium, SlotMedium
 from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Step, Transmit, Truth
 from grex_link.node import Outlet
@@ -148,6 +148,8 @@ class Emulator:
     def _on_clock(self, message: Clock) -> None:
         if message.phase == "bye":
             self.done = True
+            if message.reason:
+                raise GrexError(f"sim ended the run: {message.reason}")
             return
         self.started = True
         if self._pace != "lockstep":

@@ -189,6 +189,8 @@ class Clock(Message, frozen=True):
     phase: Literal["start", "bye"]
     epoch_unix_ns: int = 0
     """Live paces: wall time of mission time zero."""
+    reason: str = ""
+    """Why the mission is over before its time; empty when all went well."""
 
 
 class Presence(Message, frozen=True):

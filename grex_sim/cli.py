@@ -55,6 +55,7 @@ def run(
     """
     from grex_link.scenario import load
     from grex_sim import report
+    from grex_sim.launch import Launch
     from grex_sim.run import check_scenario, simulate_in_process
     from grex_sim.summary import as_json as to_json
     from grex_sim.summary import as_text
@@ -69,11 +70,8 @@ def run(
         if in_process:
             summary = simulate_in_process(config, folder, progress)
         else:
-            from grex_sim.launch import Launch
-
-            with Launch(
-                config, [str(scenario), *(part for value in arguments for part in ("--set", value))], folder
-            ) as launch:
+            options = [part for value in arguments for part in ("--set", value)]
+            with Launch(config, [str(scenario), *options], folder) as launch:
                 summary = launch.wait(progress)
     report.draw(folder, config, plan)
     print(to_json(summary) if as_json else as_text(summary))  # noqa: T201
@@ -187,6 +185,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
 
 def main() -> None:
     """Entry point of ``grex``."""
+    sys.path.append(str(Path.cwd()))  # plug-ins beside the scenario
     run_process(
         lambda: tyro.extras.subcommand_cli_from_dict(
             COMMANDS,

@@ -103,10 +103,10 @@ class Hub:
         """Write some of what has been taken down."""
         return self._logbook.write_some()
 
-    def say_goodbye(self) -> None:
-        """Tell everybody that the mission is over."""
+    def say_goodbye(self, reason: str = "") -> None:
+        """Tell everybody that the mission is over, and why if that is before its time."""
         for who in self._everybody:
-            self._outlet.put("clock", who, Clock("bye"))
+            self._outlet.put("clock", who, Clock("bye", reason=reason))
         self.done = True
 
     # -- for the paces --------------------------------------------------------------------------------------------

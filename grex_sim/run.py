@@ -64,8 +64,8 @@ def simulate(scenario: Scenario, out: Path | None, progress: Progress) -> Summar
         def play(hub: Hub) -> None:
             try:
                 serve(bus, hub, scenario.clock)
-            except BaseException:
-                hub.say_goodbye()
+            except BaseException as error:
+                hub.say_goodbye(str(error) or "interrupted")
                 raise
             finally:
                 _see_off(bus, hub)
