@@ -47,7 +47,7 @@ class ThetaP:
 
     def speed(self, planned_mps: float, own: float, mates: Sequence[float]) -> float:
         """Order a speed; see `SpeedController`."""
-        wanted = planned_mps + self._gain * (sum(mates) - len(mates) * own)
+        wanted = planned_mps + self._gain * quality(own, mates)
         least, most = self._min, self._max
         # Comparisons, not min() and max(): this runs for every mate at every step.
         return least if wanted < least else most if wanted > most else wanted  # noqa: FURB136

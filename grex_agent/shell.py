@@ -36,8 +36,8 @@ class Agent:
         self._core = AgentCore(scenario, craft)
         self._craft = craft
         self._outlet = outlet
-        self._lockstep = scenario.clock.pace == "lockstep"
-        self._pace = 1.0 if isinstance(scenario.clock.pace, str) else float(scenario.clock.pace)
+        self._lockstep = scenario.clock.lockstep
+        self._pace = scenario.clock.factor
         self._needs_truth = needs_oracle(scenario)
         self._fix: Fix | None = None
         self._truth: Truth | None = None

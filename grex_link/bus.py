@@ -81,7 +81,7 @@ def open_session(scenario: Scenario, *, router: bool) -> zenoh.Session:
     """
     endpoints = scenario.bus.endpoints or DEFAULT_ENDPOINTS
     where = ", ".join(endpoints)
-    config = session_config(router=router, endpoints=endpoints, lockstep=scenario.clock.pace == "lockstep")
+    config = session_config(router=router, endpoints=endpoints, lockstep=scenario.clock.lockstep)
     deadline = clock.monotonic_s() + scenario.clock.start_timeout_s
     while True:
         try:
@@ -113,7 +113,7 @@ class Session:
 
     def __init__(self, scenario: Scenario, *, router: bool) -> None:
         self._inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._block = scenario.clock.pace == "lockstep"
+        self._block = scenario.clock.lockstep
         self._session = open_session(scenario, router=router)
         self._declared: list[Any] = []
 

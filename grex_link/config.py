@@ -35,6 +35,16 @@ class ClockConfig(Config, frozen=True):
     chaos_delay_s: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.0
     """Every process sleeps a random time up to this before each message: shows that order does not matter."""
 
+    @property
+    def lockstep(self) -> bool:
+        """Whether the steps of the team, not the wall clock, carry mission time."""
+        return self.pace == "lockstep"
+
+    @property
+    def factor(self) -> float:
+        """Mission seconds per wall second at the live paces."""
+        return 1.0 if isinstance(self.pace, str) else self.pace
+
 
 class BusConfig(Config, frozen=True):
     """Where the participants meet."""

@@ -44,7 +44,7 @@ class Emulator:
         self._medium = make_medium(scenario)
         self._team = list(scenario.craft)
         self._tick_ns = tick_ns(scenario.clock.tick_s)
-        self._pace = scenario.clock.pace
+        self._config = scenario.clock
         self._requests: dict[str, dict[int, Transmit]] = {craft: {} for craft in self._team}
         self._taken = dict.fromkeys(self._team, 0)
         self._steps: list[Step] = []
@@ -72,7 +72,8 @@ class Emulator:
     def on_deadline(self) -> None:
         """Hand out the modem events whose time has come."""
         if self._clock is not None:
-            self._hand_out(-1, self._clock.now_ns() + 1, self._clock.now_ns() + 1)
+            by_now_ns = self._clock.now_ns() + 1
+            self._hand_out(-1, by_now_ns, by_now_ns)
 
     def in_idle_time(self) -> bool:
         """Nothing here can wait."""
@@ -119,7 +120,7 @@ class Emulator:
     def _request(self, craft: str, request: Transmit) -> None:
         if craft not in self._requests:
             log.warn("a transmission of a craft that is not in the scenario was dropped", craft=craft)
-        elif self._pace == "lockstep":
+        elif self._config.lockstep:
             self._requests[craft][request.seq] = request
             self._work()
         else:
@@ -127,18 +128,18 @@ class Emulator:
             self.on_deadline()
 
     def _place(self, truth: Truth) -> None:
-        if self._pace != "lockstep":
+        if not self._config.lockstep:
             self._medium.place(truth)
 
     def _hand_out(self, tick: int, events_before_ns: int, log_before_ns: int) -> None:
         events = self._medium.events(events_before_ns)
-        log = self._medium.log(log_before_ns)
+        lines = self._medium.log(log_before_ns)
         times: list[list[int]] = [[] for _ in self._team]
         for t_ns, craft, event in events:
             self._publish((t_ns, craft, event))
             times[self._team.index(craft)].append(t_ns)
-        if tick >= 0 or log or events:
-            self._outlet.put("report", "", LinkReport(tick, times, log))
+        if tick >= 0 or lines or events:
+            self._outlet.put("report", "", LinkReport(tick, times, lines))
 
     def _publish(self, due: Due) -> None:
         t_ns, craft, event = due
@@ -152,8 +153,8 @@ class Emulator:
                 raise GrexError(f"sim ended the run: {message.reason}")
             return
         self.started = True
-        if self._pace != "lockstep":
-            self._clock = WallClock(1.0 if self._pace == "live" else float(self._pace), message.epoch_unix_ns)
+        if not self._config.lockstep:
+            self._clock = WallClock(self._config.factor, message.epoch_unix_ns)
 
     def _on_presence(self, message: Presence) -> None:
         if message.who == "sim" and not message.alive and not self.done:

@@ -43,10 +43,8 @@ class Launch:
         self._out = out
         self._time_s: float | None = None
         # It speaks at every tick, or names those it waits for after one of these times.
-        pace = scenario.clock.pace if isinstance(scenario.clock.pace, float) else 1.0
-        self._silence_s = _CAUSE_S + max(
-            scenario.clock.start_timeout_s, scenario.clock.barrier_timeout_s, scenario.clock.tick_s / pace
-        )
+        clock = scenario.clock
+        self._silence_s = _CAUSE_S + max(clock.start_timeout_s, clock.barrier_timeout_s, clock.tick_s / clock.factor)
         self._started: dict[str, subprocess.Popen[str]] = {}
         if not scenario.bus.endpoints:
             arguments = [*arguments, "--set", f'bus.endpoints=["tcp/127.0.0.1:{free_port()}"]']
@@ -156,7 +154,9 @@ class Launch:
 
     def _last_words(self, who: str) -> str:
         lines = (self._out / f"{who.replace(' ', '-')}.log").read_text(errors="replace").strip().splitlines()
-        return lines[-1].removeprefix("grex: ") if lines else ""
+        # Ours, rather than what a library has said after it.
+        own = [line for line in lines if line.startswith("grex: ")]
+        return (own or lines or [""])[-1].removeprefix("grex: ")
 
     def _end_all(self) -> None:
         alive = [process for process in self._started.values() if process.poll() is None]

@@ -25,7 +25,7 @@ class LiveHub(Hub):
         self, scenario: Scenario, plan: TeamPlan, outlet: Outlet, logbook: Logbook, progress: Progress
     ) -> None:
         super().__init__(scenario, plan, outlet, logbook, progress)
-        self._pace = 1.0 if isinstance(scenario.clock.pace, str) else float(scenario.clock.pace)
+        self._pace = scenario.clock.factor
         self._clock: WallClock | None = None
         self._setpoints: dict[str, Setpoint] = {}
         self._stale_after = max(1, round(scenario.team.fix_timeout_s / scenario.clock.tick_s))

@@ -3,7 +3,7 @@
 One tick::
 
     hub    Fix k (with the number of modem events to wait for) ─────────► every agent
-    agent  waits for those events, steps, ─ Transmit… State, Setpoint k (with the number of transmissions) ─► hub
+    agent  waits for those events, steps, ─ Transmit…, Setpoint k (with the number of transmissions) ─► hub
     hub    has all Setpoints k: moves the craft, and hands the complete ticks to the link in windows
     link   waits for the transmissions counted, runs the medium, ─ ModemEvents ─► agents, ─ LinkReport ─► hub
 

@@ -22,7 +22,8 @@ from grex_sim.logbook import Logbook
 from grex_sim.summary import Summary, summarise, write_files
 
 RECORDING_FILE = "run.mcap"
-_FAREWELL_S = 3.0
+#: Less than the launcher gives on Ctrl-C, so that the summary is written before.
+_FAREWELL_S = 1.0
 
 
 def check_scenario(scenario: Scenario) -> TeamPlan:
@@ -65,10 +66,11 @@ def simulate(scenario: Scenario, out: Path | None, progress: Progress) -> Summar
             try:
                 serve(bus, hub, scenario.clock)
             except BaseException as error:
-                hub.say_goodbye(str(error) or "interrupted")
+                reason = str(error) or "interrupted"
+                hub.say_goodbye(reason)
+                _see_off(bus, hub, reason)
                 raise
-            finally:
-                _see_off(bus, hub)
+            _see_off(bus, hub, "")
 
         return _simulate(scenario, plan, bus, play, out, progress)
 
@@ -87,7 +89,7 @@ def _simulate(
         out.mkdir(parents=True, exist_ok=True)
         recorder = Recorder(out / RECORDING_FILE, {"scenario": msgspec.json.encode(scenario).decode()})
     logbook = Logbook(recorder)
-    build = LockstepHub if scenario.clock.pace == "lockstep" else LiveHub
+    build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
     fault = "interrupted"
     try:
@@ -115,15 +117,22 @@ def _simulate(
     return summary
 
 
-def _see_off(bus: ZenohBus, hub: Hub) -> None:
-    """Stay, as the router, until everybody has left or has had time to."""
+def _see_off(bus: ZenohBus, hub: Hub, reason: str) -> None:
+    """Stay, as the router, until everybody has left or has had time to.
+
+    Before the start some may only be coming: they are told, too, and not left to wait.
+    """
     present = set(hub.present)
     deadline = clock.monotonic_s() + _FAREWELL_S
-    while present and clock.monotonic_s() < deadline:
+    while (present or not hub.started) and clock.monotonic_s() < deadline:
         envelope = bus.take(0.05)
         if envelope is None:
             continue
-        if envelope[0] != "presence":
+        topic, who, message = envelope
+        if topic != "presence":
             hub.handle(*envelope)  # the last words of the agents
-        elif not envelope[2].alive:
-            present.discard(envelope[1])
+        elif message.alive:
+            present.add(who)
+            hub.say_goodbye(reason)
+        else:
+            present.discard(who)

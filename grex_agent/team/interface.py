@@ -8,6 +8,7 @@ from grex_agent.coordination import SpeedController
 from grex_agent.mission import TeamPlan
 from grex_agent.plugin import load_plugin
 from grex_link.config import Scenario
+from grex_link.errors import ConfigError
 from grex_link.messages import MateBelief
 from grex_link.wire import TeamState
 
@@ -96,7 +97,5 @@ def load_estimator(context: TeamContext) -> TeamEstimator:
     build = load_plugin("$.team.estimator", context.scenario.team.estimator, KNOWN)
     estimator: TeamEstimator = build(context)
     if not hasattr(estimator, "step"):
-        from grex_link.errors import ConfigError
-
         raise ConfigError("$.team.estimator", f"{context.scenario.team.estimator!r} has no method 'step'")
     return estimator

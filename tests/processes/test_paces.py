@@ -29,6 +29,6 @@ def test_messages_pass_at_a_scaled_pace(scaled):
 
 
 def test_the_same_agent_keeps_the_formation(scaled):
-    """The live team keeps the formation as the lockstep team does; what came late is counted."""
+    """The live team keeps the formation as the lockstep team does, and keeps up with the clock at least at times."""
     assert scaled["fd"] < 1.0
-    assert scaled["late_ticks"] + scaled["late_setpoints"] >= 0
+    assert scaled["late_ticks"] < scaled["ticks"]
