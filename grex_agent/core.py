@@ -27,6 +27,7 @@ from grex_link.messages import (
     Setpoint,
     Transmit,
     Truth,
+    TxEvent,
 )
 from grex_link.profile import load_profile
 from grex_link.tdma import plan_schedule
@@ -66,7 +67,7 @@ class AgentCore:
         self._estimator: Any = load_estimator(TeamContext(craft, plan, scenario, self._controller))
         self._prepare = getattr(self._estimator, "prepare", None)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
-        self._schedule = plan_schedule(scenario.link, self._team, load_profile(scenario.link.profile))
+        self._schedule = plan_schedule(scenario.link.mac, self._team, load_profile(scenario.link.profile))
         self._next_slot_ns = 0
         self._fix: Fix | None = None
         self._fix_usable = False
@@ -150,7 +151,7 @@ class AgentCore:
             if isinstance(event, Received):
                 if report := self._unpack(event, now_ns):
                     heard.append(report)
-            elif (state := self._on_air.pop(event.ticket, None)) and event.status == "SENT":
+            elif isinstance(event, TxEvent) and (state := self._on_air.pop(event.ticket, None)) and event.status == "SENT":
                 sent.append(state)
         self._events.clear()
         return sent, heard

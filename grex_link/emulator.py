@@ -5,22 +5,12 @@ from typing import Any
 from grex_link import log
 from grex_link.clock import WallClock
 from grex_link.config import Scenario
-from grex_link.errors import ConfigError, FaultError, GrexError
-from grex_link.medium import Due, Medium, SlotMedium
-from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Step, Transmit, Truth
+from grex_link.craft_clock import TeamClocks
+from grex_link.errors import FaultError, GrexError
+from grex_link.medium import Due, make_medium
+from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Request, Step, Truth
 from grex_link.node import Outlet
-from grex_link.profile import load_profile
 from grex_link.units import NS, tick_ns
-
-
-def make_medium(scenario: Scenario) -> Medium:
-    """Build the medium a scenario asks for."""
-    link = scenario.link
-    seed = scenario.seed if link.seed is None else link.seed
-    profile = load_profile(link.profile)
-    if not profile.one_speaker_at_a_time:
-        raise ConfigError("$.link.profile", "this version emulates only modems of which one speaks at a time")
-    return SlotMedium(profile, list(scenario.craft), link.loss, seed)
 
 
 class Emulator:
@@ -42,11 +32,12 @@ class Emulator:
         self.done = self.started = False
         self._outlet = outlet
         self._medium = make_medium(scenario)
+        self._clocks = TeamClocks(scenario)
         self._team = list(scenario.craft)
         self._tick_ns = tick_ns(scenario.clock.tick_s)
         self._config = scenario.clock
-        self._requests: dict[str, dict[int, Transmit]] = {craft: {} for craft in self._team}
-        self._taken = dict.fromkeys(self._team, 0)
+        self._requests: dict[str, dict[int, Request]] = {craft: {} for craft in self._team}
+        self._taken = [0] * len(self._team)
         self._steps: list[Step] = []
         self._sent = dict.fromkeys(self._team, 0)
         self._clock: WallClock | None = None
@@ -58,7 +49,8 @@ class Emulator:
         elif topic == "advance":
             self._advance(message)
         elif topic == "truth":
-            self._place(message)
+            if not self._config.lockstep:
+                self._place(message)
         elif topic == "clock":
             self._on_clock(message)
         elif topic == "presence":
@@ -73,6 +65,7 @@ class Emulator:
         """Hand out the modem events whose time has come."""
         if self._clock is not None:
             by_now_ns = self._clock.now_ns() + 1
+            self._medium.advance(by_now_ns)
             self._hand_out(-1, by_now_ns, by_now_ns)
 
     def in_idle_time(self) -> bool:
@@ -90,10 +83,11 @@ class Emulator:
         through = None
         while self._steps and self._complete(self._steps[0]):
             step = self._steps.pop(0)
-            self._medium.place(step.truth)
-            for craft, request in self._in_order(step):
-                self._medium.transmit(craft, request)
+            self._place(step.truth)
+            for craft, request in self._taken_from(step):
+                self._medium.request(craft, request, self._clocks.craft[craft].true_ns(request.t_ns))
             through = step.truth
+            self._medium.advance(through.t_ns + self._tick_ns)
         if through is not None:
             next_tick_ns = through.t_ns + self._tick_ns
             self._hand_out(through.tick, next_tick_ns + self._medium.lookahead_ns, next_tick_ns)
@@ -101,35 +95,34 @@ class Emulator:
     def _complete(self, step: Step) -> bool:
         return all(
             seq in self._requests[craft]
-            for craft, total in zip(self._team, step.transmissions, strict=True)
-            for seq in range(self._taken[craft], total)
+            for craft, taken, total in zip(self._team, self._taken, step.transmissions, strict=True)
+            for seq in range(taken, total)
         )
 
-    def _in_order(self, step: Step) -> list[tuple[str, Transmit]]:
-        """Take the tick's requests in the order of (start, place in the team, number)."""
+    def _taken_from(self, step: Step) -> list[tuple[str, Request]]:
+        """Take the requests a tick counts; the medium puts them in order."""
         requests = []
         for place, (craft, total) in enumerate(zip(self._team, step.transmissions, strict=True)):
-            for seq in range(self._taken[craft], total):
-                request = self._requests[craft].pop(seq)
-                requests.append((request.t_ns, place, seq, request))
-            self._taken[craft] = total
-        return [(self._team[place], request) for _, place, _, request in sorted(requests, key=lambda r: r[:3])]
+            requests += [(craft, self._requests[craft].pop(seq)) for seq in range(self._taken[place], total)]
+            self._taken[place] = total
+        return requests
 
     # -- both ---------------------------------------------------------------------------------------------------
 
-    def _request(self, craft: str, request: Transmit) -> None:
+    def _request(self, craft: str, request: Request) -> None:
         if craft not in self._requests:
             log.warn("a transmission of a craft that is not in the scenario was dropped", craft=craft)
         elif self._config.lockstep:
             self._requests[craft][request.seq] = request
             self._work()
         else:
-            self._medium.transmit(craft, request)
+            self._medium.request(craft, request, self._clocks.craft[craft].true_ns(request.t_ns))
             self.on_deadline()
 
     def _place(self, truth: Truth) -> None:
-        if not self._config.lockstep:
-            self._medium.place(truth)
+        self._clocks.see(truth)
+        self._medium.advance(truth.t_ns)
+        self._medium.place(truth)
 
     def _hand_out(self, tick: int, events_before_ns: int, log_before_ns: int) -> None:
         events = self._medium.events(events_before_ns)
@@ -143,7 +136,8 @@ class Emulator:
 
     def _publish(self, due: Due) -> None:
         t_ns, craft, event = due
-        self._outlet.put("modem_rx", craft, ModemEvent(self._sent[craft], t_ns, event))
+        local_ns = self._clocks.craft[craft].local_ns(t_ns)
+        self._outlet.put("modem_rx", craft, ModemEvent(self._sent[craft], local_ns, event))
         self._sent[craft] += 1
 
     def _on_clock(self, message: Clock) -> None:

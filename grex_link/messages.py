@@ -49,32 +49,88 @@ class Setpoint(Message, frozen=True):
     """How many transmissions the agent has requested since the start, this step's included."""
 
 
+#: Destination of what is for everyone who hears it.
+BROADCAST = ""
+
+
 class Transmit(Message, frozen=True, tag="transmit"):
-    """Agent → modem: send one datagram to everyone."""
+    """Agent → modem: send one datagram."""
 
     seq: int
     """Number of the request, counted from 0 for each craft; also its ticket."""
     t_ns: int
-    """Mission time at which the transmission shall start (the opening of the slot)."""
+    """When the transmission shall start (the opening of the slot), by the craft's clock."""
     payload: bytes
+    destination: str = BROADCAST
+    acknowledge: bool = False
+    """Ask the one destination for an acknowledgement."""
+    by_land: bool = False
+    """Over cable or radio, to all craft that are linked by one with this craft."""
+
+
+class RangeRequest(Message, frozen=True, tag="range"):
+    """Agent → modem: measure the distance to another craft by asking it to answer."""
+
+    seq: int
+    """Numbered together with the transmissions."""
+    t_ns: int
+    destination: str
+
+
+Request = Transmit | RangeRequest
 
 
 class Received(Message, frozen=True, tag="received"):
-    """Modem event: a datagram has arrived whole."""
+    """Modem event: a datagram has arrived whole. What the modem does not measure is None."""
 
     source: str
     payload: bytes
+    destination: str = BROADCAST
+    rssi_db: float | None = None
+    """Received level, dB re 1 µPa."""
+    snr_db: float | None = None
+    relative_speed_mps: float | None = None
+    """Rate of change of the distance; negative when coming nearer."""
+    one_way_s: float | None = None
+    """Arrival by the own clock minus departure by the sender's; modulo the modem's ambiguity, if it has one."""
 
 
 class TxEvent(Message, frozen=True, tag="tx_event"):
-    """Modem event: what became of an own transmission.
+    """Modem event: what became of an own request.
 
     ``SENT`` says that it has left, never that anybody has it: a broadcast has no acknowledgement.
     """
 
     ticket: int
-    status: Literal["SENT", "FAILED"]
+    status: Literal["QUEUED", "IN_PROGRESS", "SENT", "DELIVERED", "FAILED"]
+    """``DELIVERED``: the destination has acknowledged it."""
     reason: str = ""
+    """Why it failed: busy, size, address, expired, superseded, overflow, no_ack, off, error."""
+
+
+class BadFrame(Message, frozen=True, tag="bad_frame"):
+    """Modem event: something was heard that could not be decoded."""
+
+    reason: str = "corrupt"
+
+
+class RangeResult(Message, frozen=True, tag="range_result"):
+    """Modem event: a measured range, or that there was no answer."""
+
+    ticket: int
+    destination: str
+    range_m: float | None
+    """Metres at the nominal speed of sound; None if nobody answered."""
+
+
+class ModemStatus(Message, frozen=True, tag="status"):
+    """Modem event: how the modem is."""
+
+    state: Literal["ready", "off", "rebooted", "error"]
+    detail: str = ""
+
+
+Happening = Received | TxEvent | BadFrame | RangeResult | ModemStatus
 
 
 class ModemEvent(Message, frozen=True):
@@ -82,7 +138,8 @@ class ModemEvent(Message, frozen=True):
 
     seq: int
     t_ns: int
-    event: Received | TxEvent
+    """By the craft's clock."""
+    event: Happening
 
 
 class MateBelief(Message, frozen=True):
@@ -161,16 +218,28 @@ class Advance(Message, frozen=True):
 
 
 class LinkEvent(Message, frozen=True):
-    """One line of the medium's log."""
+    """One line of the medium's log: a transmission that started or was refused, or its outcome at one receiver."""
 
     t_ns: int
-    kind: Literal["started", "delivered", "lost", "refused"]
+    """True mission time."""
+    kind: Literal["started", "delivered", "overheard", "lost", "refused"]
+    """``overheard``: whole, but for somebody else."""
     source: str
     seq: int
+    """Number of the request that caused it."""
     destination: str = ""
     """Receiver; empty where the event concerns the sender only."""
     size_bytes: int = 0
     reason: str = ""
+    """Why it was lost: out_of_range, missed_snr, missed_busy, missed_halfduplex, missed_off, aborted_own_tx,
+    aborted_off, lost_collision, lost_noise, lost_burst, lost_land; or why it was refused: busy, size, address, off."""
+    purpose: Literal["data", "ping", "answer", "ack", "land"] = "data"
+    asked_by: str = ""
+    """Whose request an answer or an acknowledgement answers."""
+    lasting_ns: int = 0
+    """``started``: airtime. ``delivered``: from the start until the payload is out."""
+    sinr_db: float | None = None
+    """Lowest SINR of a packet the receiver was locked to."""
 
 
 class LinkReport(Message, frozen=True):

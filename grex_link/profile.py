@@ -1,8 +1,9 @@
-"""Modem profiles: data, one TOML file a modem."""
+"""Modem profiles: data, one TOML file a modem. A user's own file needs no code: ``link.profile = "my_modem.toml"``."""
 
 import tomllib
 from importlib.resources import files
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
@@ -10,34 +11,215 @@ from msgspec import Meta
 from grex_link.errors import ConfigError
 from grex_link.units import NS
 
+Decibel = Annotated[float, Meta(ge=-300.0, le=300.0)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
+NonNegative = Annotated[float, Meta(ge=0.0, le=1e9)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Points = Annotated[tuple[float, ...], Meta(min_length=1, max_length=100)]
+Shares = Annotated[tuple[Share, ...], Meta(min_length=1, max_length=100)]
 
-class ModemProfile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What a modem can do. ``assumed`` names the numbers nobody has published."""
+
+class Data(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Base of a profile's tables."""
+
+
+class Threshold(Data, frozen=True, tag="threshold"):
+    """A packet is whole if its lowest SINR is not below a threshold."""
+
+    sinr_db: Decibel
+
+
+class ErrorTable(Data, frozen=True, tag="table"):
+    """Packet error rate over SINR, linear between the points, held beyond them."""
+
+    sinr_db: Points
+    per: Shares
+
+    def __post_init__(self) -> None:
+        """Check the points."""
+        _check_table("sinr_db", self.sinr_db, "per", self.per)
+
+
+class BitErrors(Data, frozen=True, tag="bit_errors"):
+    """Packet error rate 1 - (1 - BER)^(8 n) of a modulation without coding, at SINR plus a processing gain."""
+
+    modulation: Literal["bpsk", "dpsk", "fsk"]
+    """``bpsk``: BER = erfc(√s)/2; ``dpsk``: e^(-s)/2; ``fsk``, non-coherent: e^(-s/2)/2."""
+    gain_db: Decibel = 0.0
+
+
+class Protocol(Data, frozen=True, tag="protocol"):
+    """UnetStack's protocol model: who is near enough hears, unless anybody within interference range speaks, too."""
+
+    communication_m: Positive
+    detection_m: Positive
+    interference_m: Positive
+    detection: Share = 1.0
+    """Chance that a packet within detection range is detected."""
+    communication: Share = 1.0
+    """Chance that a detected packet within communication range is whole."""
+
+
+class RangeTable(Data, frozen=True):
+    """Share of packets that arrive over range, measured with all that the water did; 0 beyond the last point."""
+
+    range_m: Points
+    pdr: Shares
+
+    def __post_init__(self) -> None:
+        """Check the points."""
+        _check_table("range_m", self.range_m, "pdr", self.pdr)
+
+
+class InterferenceTable(Data, frozen=True):
+    """Share of packets that survive over the ratio of signal to interference alone."""
+
+    sir_db: Points
+    pdr: Shares
+
+    def __post_init__(self) -> None:
+        """Check the points."""
+        _check_table("sir_db", self.sir_db, "pdr", self.pdr)
+
+
+class Ranging(Data, frozen=True):
+    """What a modem can measure of the distance to another."""
+
+    two_way: bool = False
+    one_way: bool = False
+    """Needs clocks that agree; measured with every reception."""
+    ambiguity_s: NonNegative = 0.0
+    """One-way travel times are known modulo this; 0 for no ambiguity."""
+    sigma_m: NonNegative = 0.1
+    """Standard deviation of a range."""
+    step_m: NonNegative = 0.0
+    """Least significant bit of a range; 0 for none."""
+    reply_s: NonNegative = 0.0
+    """Time the other modem takes before it answers; both know it."""
+    ping_bytes: Annotated[int, Meta(ge=0)] = 0
+    """Length of a ping and of its answer, as far as the airtime goes."""
+
+
+class ModemProfile(Data, frozen=True):
+    """What a modem can do. ``assumed`` names the numbers nobody has published.
+
+    The paper's modem has no acoustics (``source_level_db`` is left out): its messages take their time, whatever the
+    distance, and one craft speaks at a time.
+    """
 
     title: str
-    payload_max_bytes: Annotated[int, Meta(ge=1)]
-    airtime_fixed_s: Annotated[float, Meta(gt=0.0)]
-    airtime_per_byte_s: Annotated[float, Meta(ge=0.0)]
-    one_speaker_at_a_time: bool
+    payload_max_bytes: Annotated[int, Meta(ge=1, le=65535)]
+    payload_max_bits: Annotated[int, Meta(ge=1)] | None = None
+    """Where it is no whole number of bytes."""
+    frame_bytes: Annotated[int, Meta(ge=1)] | None = None
+    """Payloads are padded to whole frames of this length."""
+    airtime_fixed_s: Annotated[float, Meta(gt=0.0, le=1e4)]
+    airtime_per_byte_s: Annotated[float, Meta(ge=0.0, le=1e3)]
+    one_speaker_at_a_time: bool = False
+    broadcast: bool = True
+    acknowledges: bool = False
+    """Whether it can ask the receiver of a unicast for an acknowledgement."""
+    addresses_max: Annotated[int, Meta(ge=2)] | None = None
+    """How many modems can have an address."""
+    transmit_latency_s: NonNegative = 0.0
+    """From the request until the sound begins."""
+    decode_latency_s: NonNegative = 0.0
+    """From the end of the sound until the payload is out."""
+    turnaround_s: NonNegative = 0.0
+    """After its own transmission it is deaf this much longer."""
+    frequency_hz: Positive | None = None
+    """Centre of the band."""
+    bandwidth_hz: Positive | None = None
+    source_level_db: Decibel | None = None
+    """dB re 1 µPa at 1 m."""
+    acquisition_sinr_db: Decibel | None = None
+    """Above this a receiver locks; left out: where the error figures begin to be less than certain loss."""
+    reception: Threshold | ErrorTable | BitErrors | Protocol | None = None
+    range_pdr: RangeTable | None = None
+    interference_pdr: InterferenceTable | None = None
+    range_max_m: Positive | None = None
+    """Beyond this nothing is heard, whatever the SINR."""
+    noise_psd_db: Decibel | None = None
+    """A noise spectrum level the profile is defined with; left out: the scenario's sea."""
+    spreading: Annotated[float, Meta(ge=1.0, le=2.0)] | None = None
+    """A spreading exponent the profile is defined with; left out: the scenario's."""
+    rician_k: NonNegative | None = None
+    """Ratio of the steady to the scattered power, packet by packet; left out: no fading."""
+    ranging: Ranging = Ranging()
     sources: list[str]
     assumed: list[str]
 
+    def __post_init__(self) -> None:
+        """Check what one field says about another."""
+        acoustic = (self.frequency_hz, self.bandwidth_hz, self.source_level_db, self.reception)
+        if self.one_speaker_at_a_time:
+            if any(value is not None for value in acoustic):
+                raise ValueError("a modem of which one speaks at a time has no acoustics")
+        elif any(value is None for value in acoustic):
+            raise ValueError("frequency_hz, bandwidth_hz, source_level_db and reception are needed")
+        for name in self.assumed:
+            if name.partition(".")[0] not in self.__struct_fields__:
+                raise ValueError(f"assumed names {name!r}, which is no field")
+
+    @property
+    def bits_max(self) -> int:
+        """Bits of the longest payload."""
+        return self.payload_max_bits or 8 * self.payload_max_bytes
+
     def airtime_ns(self, size_bytes: int) -> int:
         """Time on the air of a payload, nanoseconds."""
-        return round((self.airtime_fixed_s + self.airtime_per_byte_s * size_bytes) * NS)
+        frame = self.frame_bytes
+        padded = size_bytes if frame is None else -(-max(size_bytes, 1) // frame) * frame
+        return round((self.airtime_fixed_s + self.airtime_per_byte_s * padded) * NS)
+
+    @property
+    def lock_sinr_db(self) -> float:
+        """SINR above which a receiver locks."""
+        if self.acquisition_sinr_db is not None:
+            return self.acquisition_sinr_db
+        reception = self.reception
+        if isinstance(reception, Threshold):
+            return reception.sinr_db
+        return reception.sinr_db[0] if isinstance(reception, ErrorTable) else 0.0
+
+
+def profile_names() -> list[str]:
+    """Names of the profiles that come with GREX."""
+    entries = (files("grex_link") / "modems").iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
 def load_profile(name: str) -> ModemProfile:
-    """Read a profile by name.
+    """Read a profile by name, or from a user's own file.
+
+    Parameters
+    ----------
+    name : str
+        One of `profile_names`, or the path of a file that ends in ``.toml``.
 
     Raises
     ------
     ConfigError
-        If there is none of that name.
+        If there is none of that name, or it is not sound.
     """
-    folder = files("grex_link") / "modems"
-    path = folder / f"{name}.toml"
-    if not path.is_file():
-        known = ", ".join(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir()))
-        raise ConfigError("$.link.profile", f"there is no modem profile {name!r}; there are: {known}")
-    return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), ModemProfile)
+    own = name.endswith(".toml")
+    path = Path(name) if own else files("grex_link") / "modems" / f"{name}.toml"
+    if not own and name not in profile_names():
+        known = ", ".join(profile_names())
+        raise ConfigError(
+            "$.link.profile",
+            f"there is no modem profile {name!r}; there are: {known}; or give the path of your own file.toml",
+        )
+    try:
+        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), ModemProfile)
+    except OSError as error:
+        raise ConfigError("$.link.profile", f"cannot read {name}: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, msgspec.ValidationError, UnicodeDecodeError) as error:
+        raise ConfigError("$.link.profile", f"{name} is no modem profile: {error}") from None
+
+
+def _check_table(name: str, places: Points, other: str, values: Shares) -> None:
+    if len(places) != len(values):
+        raise ValueError(f"{name} has {len(places)} points and {other} {len(values)}")
+    if any(later <= earlier for earlier, later in zip(places, places[1:], strict=False)):
+        raise ValueError(f"{name} must increase from point to point")

@@ -3,7 +3,7 @@
 import struct
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import mcap.records
 import msgspec
@@ -61,8 +61,13 @@ class Recorder:
         schema = self._schemas.get(topic)
         if schema is None:
             data = msgspec.json.encode(msgspec.json.schema(row.recorded))
-            schema = self._schemas[topic] = self._writer.register_schema(row.recorded.__name__, "jsonschema", data)
+            schema = self._schemas[topic] = self._writer.register_schema(_schema_name(row.recorded), "jsonschema", data)
         return self._writer.register_channel("/" + row.key.format(craft=craft), "json", schema)
+
+
+def _schema_name(recorded: Any) -> str:
+    """Name of a Struct, or of those a union allows."""
+    return " or ".join(part.__name__ for part in get_args(recorded) or (recorded,))
 
 
 def read_messages(path: Path) -> list[tuple[str, int, Any]]:

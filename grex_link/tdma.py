@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from grex_link.config import LinkConfig, SlotConfig
+from grex_link.config import SlotConfig, Tdma
 from grex_link.errors import ConfigError
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
@@ -39,12 +39,12 @@ class Schedule:
         return sorted(times)
 
 
-def plan_schedule(link: LinkConfig, team: Sequence[str], profile: ModemProfile) -> Schedule:
+def plan_schedule(mac: Tdma, team: Sequence[str], profile: ModemProfile) -> Schedule:
     """Build the schedule of a scenario and check it.
 
     Parameters
     ----------
-    link : LinkConfig
+    mac : Tdma
         The scenario's table; without slots every craft gets one as long as a team state needs.
     team : sequence of str
         The craft, in their order.
@@ -57,24 +57,24 @@ def plan_schedule(link: LinkConfig, team: Sequence[str], profile: ModemProfile) 
         For an unknown craft, a slot shorter than a message, slots that overlap, or a cycle they do not fit into.
     """
     airtime_s = profile.airtime_ns(TEAM_STATE_BYTES) / NS
-    slots = link.slots or tuple(
+    slots = mac.slots or tuple(
         SlotConfig(craft=craft, start_s=place * airtime_s, length_s=airtime_s) for place, craft in enumerate(team)
     )
     for place, slot in enumerate(slots):
         if slot.craft not in team:
             raise ConfigError(
-                f"$.link.slots[{place}].craft", f"unknown craft {slot.craft!r}; there are {', '.join(team)}"
+                f"$.link.mac.slots[{place}].craft", f"unknown craft {slot.craft!r}; there are {', '.join(team)}"
             )
         if slot.length_s < airtime_s:
             raise ConfigError(
-                f"$.link.slots[{place}].length_s",
+                f"$.link.mac.slots[{place}].length_s",
                 f"{slot.length_s:g} s is too short: a message takes {airtime_s:g} s on this modem",
             )
     _check_overlaps(slots)
     end_s = max(slot.start_s + slot.length_s for slot in slots)
-    cycle_s = link.cycle_s or end_s
+    cycle_s = mac.cycle_s or end_s
     if cycle_s < end_s - _ROUNDING_S:
-        raise ConfigError("$.link.cycle_s", f"{cycle_s:g} s is too short: the last slot ends at {end_s:g} s")
+        raise ConfigError("$.link.mac.cycle_s", f"{cycle_s:g} s is too short: the last slot ends at {end_s:g} s")
     return Schedule(
         tuple(Slot(slot.craft, round(slot.start_s * NS), round(slot.length_s * NS)) for slot in slots),
         round(cycle_s * NS),
@@ -87,6 +87,6 @@ def _check_overlaps(slots: Sequence[SlotConfig]) -> None:
         end_s = slots[before].start_s + slots[before].length_s
         if slots[after].start_s < end_s - _ROUNDING_S:
             raise ConfigError(
-                f"$.link.slots[{after}].start_s",
+                f"$.link.mac.slots[{after}].start_s",
                 f"slot of {slots[after].craft} overlaps the slot of {slots[before].craft}, which ends at {end_s:g} s",
             )

@@ -42,7 +42,7 @@ def plan_text(scenario: Scenario, plan: TeamPlan) -> str:
         If the slots cannot work, or there is no such modem.
     """
     profile = load_profile(scenario.link.profile)
-    schedule = plan_schedule(scenario.link, list(scenario.craft), profile)
+    schedule = plan_schedule(scenario.link.mac, list(scenario.craft), profile)
     parts = [
         scenario.title,
         "\n".join(_head(scenario, plan)),

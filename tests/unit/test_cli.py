@@ -10,7 +10,7 @@ from grex_link.scenario import loads
 from grex_sim import cli
 
 PAPER = str(SCENARIOS / "paper-d.toml")
-SLOTS = "link.slots=[{craft='auv1',start_s=0,length_s=10},{craft='auv2',start_s=%s,length_s=%s}]"
+SLOTS = "link.mac={type='tdma',slots=[{craft='auv1',start_s=0,length_s=10},{craft='auv2',start_s=%s,length_s=%s}]}"
 
 
 @pytest.fixture
@@ -55,10 +55,10 @@ def grex(monkeypatch, capsys, tmp_path):
         ("clock.pace=quick", "$.clock.pace"),
         ("bus.endpoints=['127.0.0.1']", "$.bus.endpoints[0]"),
         ("link.profile=shouting", "$.link.profile"),
-        (SLOTS % (10, 9), "$.link.slots[1].length_s"),
-        (SLOTS % (5, 10), "$.link.slots[1].start_s"),
-        (SLOTS.replace("auv2", "auv9") % (10, 10), "$.link.slots[1].craft"),
-        ("link.cycle_s=29", "$.link.cycle_s"),
+        (SLOTS % (10, 9), "$.link.mac.slots[1].length_s"),
+        (SLOTS % (5, 10), "$.link.mac.slots[1].start_s"),
+        (SLOTS.replace("auv2", "auv9") % (10, 10), "$.link.mac.slots[1].craft"),
+        ("link.mac={type='tdma',cycle_s=29}", "$.link.mac.cycle_s"),
         ("duration_s=-1", "$.duration_s"),
         ("craft.auv1.vehicle.surge={lag_s=1,min=2,max=1,rate_max=1}", "$.craft.auv1.vehicle.surge.min"),
     ],

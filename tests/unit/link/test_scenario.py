@@ -64,8 +64,8 @@ BAD_VALUES = [
     ("mission.formation_m.auv9 = [0.0, 0.0, 0.0]", "$.mission.formation_m.auv9"),
     ("craft.auv4 = {}", "$.mission.formation_m.auv4"),
     ("craft.sim = {}", "$.craft.sim"),
-    ("link.slots = [{craft = 'auv1', start_s = 0.0}]", "$.link.slots[0].length_s"),
-    ("link.slots = [{craft = 'AUV1', start_s = 0.0, length_s = 10.0}]", "$.link.slots[0].craft"),
+    ("link.mac = {type = 'tdma', slots = [{craft = 'auv1', start_s = 0.0}]}", "$.link.mac.slots[0].length_s"),
+    ("link.mac = {type = 'tdma', slots = [{craft = 'AUV1', start_s = 0.0, length_s = 10.0}]}", "$.link.mac.slots[0].craft"),
 ]
 
 BAD_OVERRIDES = [
@@ -288,8 +288,8 @@ WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2"]
 
 def test_fingerprint_changes_with_any_value(text: str) -> None:
     """No two scenarios that differ in any value have the same fingerprint."""
-    slot = "link.slots=[{craft='auv1', start_s=0.0, length_s=10.0}]"
-    more = ["duration_s=9", "link.seed=3", "link.cycle_s=90", "sea.known_current_ned_mps=[0, 0, 0]"]
+    slot = "link.mac={type='tdma',slots=[{craft='auv1', start_s=0.0, length_s=10.0}]}"
+    more = ["duration_s=9", "link.seed=3", "link.mac.cycle_s=90", "sea.known_current_ned_mps=[0, 0, 0]"]
     scenario = loads(text, [slot, *more, "bus.endpoints=['tcp/h:1']"])
     document = msgspec.json.decode(msgspec.json.encode(scenario))
     seen = {fingerprint(scenario)}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from grex_link.config import LinkConfig, SlotConfig
+from grex_link.config import SlotConfig
 from grex_link.errors import ConfigError
 from grex_link.profile import load_profile
 from grex_link.tdma import Schedule, Slot, plan_schedule
@@ -23,7 +23,7 @@ UNEQUAL = Schedule(
 
 
 def plan(*slots: tuple[str, float, float], cycle_s: float | None = None) -> Schedule:
-    link = LinkConfig(slots=tuple(SlotConfig(*slot) for slot in slots), cycle_s=cycle_s)
+    link = Tdma(slots=tuple(SlotConfig(*slot) for slot in slots), cycle_s=cycle_s)
     return plan_schedule(link, TEAM, load_profile("grex2008"))
 
 
@@ -106,14 +106,14 @@ def test_cycle_that_fits_exactly() -> None:
 @pytest.mark.parametrize(
     ("slots", "cycle_s", "path", "says"),
     [
-        ([("auv1", 0.0, 10.0), ("auv2", 10.0, 9.9)], None, "$.link.slots[1].length_s", "a message takes 10 s"),
-        ([("auv1", 0.0, 10.0), ("auv2", 9.5, 10.0)], None, "$.link.slots[1].start_s", "ends at 10 s"),
-        ([("auv1", 9.5, 10.0), ("auv2", 0.0, 10.0)], None, "$.link.slots[0].start_s", "of auv2, which ends at 10 s"),
-        ([("auv1", 0.0, 50.0), ("auv2", 20.0, 10.0)], None, "$.link.slots[1].start_s", "ends at 50 s"),
-        ([("auv1", 0.0, 10.0), ("auv1", 0.0, 10.0)], None, "$.link.slots[1].start_s", "overlaps the slot of auv1"),
-        ([("auv1", 0.0, 10.0), ("auv9", 10.0, 10.0)], None, "$.link.slots[1].craft", "auv1, auv2, auv3"),
-        ([("auv1", 0.0, 10.0), ("auv2", 15.0, 10.0)], 24.0, "$.link.cycle_s", "ends at 25 s"),
-        ([], 29.0, "$.link.cycle_s", "ends at 30 s"),
+        ([("auv1", 0.0, 10.0), ("auv2", 10.0, 9.9)], None, "$.link.mac.slots[1].length_s", "a message takes 10 s"),
+        ([("auv1", 0.0, 10.0), ("auv2", 9.5, 10.0)], None, "$.link.mac.slots[1].start_s", "ends at 10 s"),
+        ([("auv1", 9.5, 10.0), ("auv2", 0.0, 10.0)], None, "$.link.mac.slots[0].start_s", "of auv2, which ends at 10 s"),
+        ([("auv1", 0.0, 50.0), ("auv2", 20.0, 10.0)], None, "$.link.mac.slots[1].start_s", "ends at 50 s"),
+        ([("auv1", 0.0, 10.0), ("auv1", 0.0, 10.0)], None, "$.link.mac.slots[1].start_s", "overlaps the slot of auv1"),
+        ([("auv1", 0.0, 10.0), ("auv9", 10.0, 10.0)], None, "$.link.mac.slots[1].craft", "auv1, auv2, auv3"),
+        ([("auv1", 0.0, 10.0), ("auv2", 15.0, 10.0)], 24.0, "$.link.mac.cycle_s", "ends at 25 s"),
+        ([], 29.0, "$.link.mac.cycle_s", "ends at 30 s"),
     ],
 )
 def test_schedule_that_cannot_work(slots, cycle_s: float | None, path: str, says: str) -> None:
