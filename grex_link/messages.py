@@ -242,6 +242,70 @@ class LinkEvent(Message, frozen=True):
     """Lowest SINR of a packet the receiver was locked to."""
 
 
+class PortLedger(Message, frozen=True):
+    """One craft's modem port since the start: requested = refused + superseded + expired + queued + started."""
+
+    t_ns: int
+    """By the craft's clock."""
+    requested: int
+    refused: dict[str, int]
+    """By reason: size, address, overflow."""
+    superseded: int
+    expired: int
+    queued: int
+    """Waiting now."""
+    started: int
+    """Handed to the modem, all fragments."""
+    failed: dict[str, int]
+    """Of those started, what the modem then said had failed, by reason."""
+    slots_owned: int
+    slots_used: int
+    slots_skipped: int
+    reassembled: int
+    """Payloads put together from fragments."""
+    abandoned: int
+    """Payloads of which fragments were missing for too long."""
+    bad_frames: int
+    """What the modem could not decode."""
+
+
+class SourceLedger(Message, frozen=True):
+    """One craft's transmissions since the start, its modem's own answers included."""
+
+    craft: str
+    started: int
+    refused: dict[str, int]
+    airtime_s: float
+    bytes_sent: int
+
+
+class PathLedger(Message, frozen=True):
+    """One directed link since the start: every transmission of the source has one outcome here, or is on its way."""
+
+    source: str
+    destination: str
+    delivered: int
+    overheard: int
+    lost: dict[str, int]
+    """By reason, see `LinkEvent`."""
+    on_the_way: int
+    latency_counts: list[int]
+    """Deliveries by latency, see `grex_link.ledger` for the bins."""
+    latency_mean_s: float
+    age_seconds: list[float]
+    """Seconds of the mission by age of information, same bins."""
+    age_mean_s: float
+    """Mean age of information; -1 as long as nothing has been delivered."""
+
+
+class LinkLedger(Message, frozen=True):
+    """Link → bench: everything that happened in the water since the start."""
+
+    t_ns: int
+    sources: list[SourceLedger]
+    paths: list[PathLedger]
+
+
 class LinkReport(Message, frozen=True):
     """Link → hub: what has become final in the water."""
 
