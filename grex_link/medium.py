@@ -46,8 +46,18 @@ class Medium(Protocol):
 
 def make_medium(scenario: Scenario) -> Medium:
     """Build the medium a scenario asks for."""
-    from grex_link.acoustic_medium import AcousticMedium
-    from grex_link.slot_medium import SlotMedium
-
     profile = load_profile(scenario.link.profile)
-    return SlotMedium(scenario, profile) if profile.one_speaker_at_a_time else AcousticMedium(scenario, profile)
+    water: Medium
+    if profile.one_speaker_at_a_time:
+        from grex_link.slot_medium import SlotMedium
+
+        water = SlotMedium(scenario, profile)
+    else:
+        from grex_link.acoustic_medium import AcousticMedium
+
+        water = AcousticMedium(scenario, profile)
+    if not scenario.link.land:
+        return water
+    from grex_link.land import WaterAndLand
+
+    return WaterAndLand(scenario, water)

@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grex_link.config import LinkConfig, SlotConfig
+from grex_link.config import SlotConfig, Tdma
 from grex_link.errors import ConfigError
-from grex_link.medium import SlotMedium
 from grex_link.messages import Received, Transmit
 from grex_link.profile import ModemProfile, load_profile
+from grex_link.slot_medium import SlotMedium
 from grex_link.tdma import Schedule, plan_schedule
 from grex_link.units import NS
+from slot_water import SlotWater
 
 TEAM = ["auv1", "auv2", "auv3"]
 FOREVER = 10**18
@@ -41,8 +42,8 @@ def requests(gaps: list[tuple[int, int, int]]) -> list[tuple[str, Transmit]]:
     return made
 
 
-def transmit_all(profile: ModemProfile, loss: float, gaps: list[tuple[int, int, int]]) -> SlotMedium:
-    medium = SlotMedium(profile, TEAM, loss, seed=1)
+def transmit_all(profile: ModemProfile, loss: float, gaps: list[tuple[int, int, int]]) -> SlotWater:
+    medium = SlotWater(TEAM, loss, profile=profile)
     for source, request in requests(gaps):
         medium.transmit(source, request)
     return medium
@@ -79,11 +80,13 @@ def test_events_agree_with_the_log(profile: ModemProfile, loss: float, gaps) -> 
 @given(PROFILES, LOSSES, GAPS)
 def test_never_early(profile: ModemProfile, loss: float, gaps) -> None:
     """A transmission at t causes no event before t + lookahead: what was taken up to there stays complete."""
-    medium = SlotMedium(profile, TEAM, loss, seed=1)
+    medium = SlotWater(TEAM, loss, profile=profile)
     for source, request in requests(gaps):
-        medium.events(request.t_ns + medium.lookahead_ns)
+        medium.advance(request.t_ns)
+        SlotMedium.events(medium, request.t_ns + medium.lookahead_ns)
         medium.transmit(source, request)
-        assert medium.events(request.t_ns + medium.lookahead_ns) == []
+        medium.advance(request.t_ns + 1)
+        assert SlotMedium.events(medium, request.t_ns + medium.lookahead_ns) == []
 
 
 @given(PROFILES, LOSSES, GAPS)
@@ -134,7 +137,7 @@ def schedules(draw) -> Schedule:
         slots.append(SlotConfig(TEAM[place], start_ms / 1000, length_ms / 1000))
     order = draw(st.permutations(slots))
     cycle_s = draw(st.none() | st.integers(1, 9_999).map(lambda more_ms: (end_ms + more_ms) / 1000))
-    return plan_schedule(LinkConfig(slots=tuple(order), cycle_s=cycle_s), TEAM, PAPER)
+    return plan_schedule(Tdma(slots=tuple(order), cycle_s=cycle_s), TEAM, PAPER)
 
 
 #: (start, length beyond a message, place in the team), times in milliseconds; most of these overlap.
@@ -151,11 +154,11 @@ def owned_ms(slots) -> list[tuple[int, int]]:
 def test_overlap_is_found(slots) -> None:
     """Slots are refused exactly when two of them own the same instant."""
     configs = tuple(SlotConfig(TEAM[place], ms / 1000, (10_000 + more_ms) / 1000) for ms, more_ms, place in slots)
-    link = LinkConfig(slots=configs)
+    link = Tdma(slots=configs)
     if apart(owned_ms(slots)):
         assert len(plan_schedule(link, TEAM, PAPER).slots) == len(slots)
     else:
-        with pytest.raises(ConfigError, match=r"^\$\.link\.slots\[\d\]\.start_s: .* overlaps "):
+        with pytest.raises(ConfigError, match=r"^\$\.link\.mac\.slots\[\d\]\.start_s: .* overlaps "):
             plan_schedule(link, TEAM, PAPER)
 
 
@@ -186,7 +189,7 @@ def test_openings_are_those_of_every_cycle(schedule: Schedule, from_ms: int, len
 @given(schedules())
 def test_own_slots_are_free(schedule: Schedule) -> None:
     """Who keeps to its slots is never refused."""
-    medium = SlotMedium(PAPER, TEAM, 0.0, seed=1)
+    medium = SlotWater(TEAM)
     until_ns = 3 * schedule.cycle_ns
     openings = [(t_ns, craft) for craft in TEAM for t_ns in schedule.openings(craft, 0, until_ns)]
     for t_ns, source in sorted(openings):

@@ -5,24 +5,24 @@ from collections import Counter
 
 import pytest
 
-from grex_link.medium import SlotMedium
 from grex_link.messages import LinkEvent, Received, Transmit, TxEvent
-from grex_link.profile import ModemProfile, load_profile
+from grex_link.profile import ModemProfile
 from grex_link.units import NS
+from slot_water import SlotWater
 
 TEAM = ["auv1", "auv2", "auv3"]
 FOREVER = 10**18
 
 
-def water(loss: float = 0.0, seed: int = 1) -> SlotMedium:
-    return SlotMedium(load_profile("grex2008"), TEAM, loss, seed)
+def water(loss: float = 0.0, seed: int = 1) -> SlotWater:
+    return SlotWater(TEAM, loss, seed)
 
 
-def send(medium: SlotMedium, source: str, t_s: float, seq: int = 0, size: int = 15) -> None:
+def send(medium: SlotWater, source: str, t_s: float, seq: int = 0, size: int = 15) -> None:
     medium.transmit(source, Transmit(seq, round(t_s * NS), bytes(size)))
 
 
-def outcomes(medium: SlotMedium) -> list[tuple[str, str, int, str]]:
+def outcomes(medium: SlotWater) -> list[tuple[str, str, int, str]]:
     return [(line.kind, line.source, line.seq, line.destination) for line in medium.log(FOREVER)]
 
 
@@ -40,9 +40,9 @@ def test_log_of_a_delivery() -> None:
     medium = water()
     send(medium, "auv1", 12.0, seq=4)
     assert medium.log(FOREVER) == [
-        LinkEvent(12 * NS, "started", "auv1", 4, "", 15),
-        LinkEvent(22 * NS, "delivered", "auv1", 4, "auv2", 15),
-        LinkEvent(22 * NS, "delivered", "auv1", 4, "auv3", 15),
+        LinkEvent(12 * NS, "started", "auv1", 4, "", 15, lasting_ns=10 * NS),
+        LinkEvent(22 * NS, "delivered", "auv1", 4, "auv2", 15, lasting_ns=10 * NS),
+        LinkEvent(22 * NS, "delivered", "auv1", 4, "auv3", 15, lasting_ns=10 * NS),
     ]
 
 
@@ -71,6 +71,8 @@ def test_next_event() -> None:
     assert medium.next_event_ns() is None
     send(medium, "auv1", 12.0)
     send(medium, "auv2", 22.0)
+    assert medium.next_event_ns() == 12 * NS
+    medium.advance(22 * NS)
     assert medium.next_event_ns() == 22 * NS
     medium.events(22 * NS + 1)
     assert medium.next_event_ns() == 32 * NS
@@ -112,7 +114,7 @@ def test_size(size: int, kind: str) -> None:
     """A payload of 32 bytes goes out, one of 33 is refused and leaves the water free."""
     medium = water()
     send(medium, "auv1", 12.0, size=size)
-    first = medium.log(FOREVER)[0]
+    first = medium.log(12 * NS + 1)[0]
     assert (first.kind, first.size_bytes, first.reason) == (kind, size, "size" if kind == "refused" else "")
     send(medium, "auv2", 12.0)
     assert ("started", "auv2", 0, "") in outcomes(medium) or kind == "started"
@@ -123,7 +125,7 @@ def test_sent_says_nothing_of_the_receivers() -> None:
     medium = water(loss=1.0)
     send(medium, "auv1", 12.0)
     assert medium.events(FOREVER) == [(22 * NS, "auv1", TxEvent(0, "SENT"))]
-    assert [(line.kind, line.reason) for line in medium.log(FOREVER)[1:]] == [("lost", "loss")] * 2
+    assert [(line.kind, line.reason) for line in medium.log(FOREVER)[1:]] == [("lost", "lost_noise")] * 2
 
 
 def run(loss: float, seed: int, messages: int) -> list[LinkEvent]:
@@ -207,7 +209,7 @@ def test_order_at_equal_times() -> None:
         title="a byte a second", payload_max_bytes=64, airtime_fixed_s=1.0, airtime_per_byte_s=1.0,
         one_speaker_at_a_time=True, sources=[], assumed=[],
     )  # fmt: skip
-    medium = SlotMedium(profile, TEAM, 0.0, 1)
+    medium = SlotWater(TEAM, profile=profile)
     send(medium, "auv3", 0.0, size=20)
     send(medium, "auv1", 10.0, size=10)
     at_auv1 = [event for _, craft, event in medium.events(FOREVER) if craft == "auv1"]

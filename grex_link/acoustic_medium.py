@@ -1,0 +1,396 @@
+"""The acoustic medium: modems that share the water, each with its own ears (acoustic-link §3).
+
+The physics of a packet – delay, level, lock, interference – is the `SoundField`'s. What a whole packet is worth, whom
+it is for, and what the modems say of it is decided here.
+"""
+
+import heapq
+import math
+from functools import partial
+from itertools import count
+
+from grex_link.acoustics import Water
+from grex_link.channel_loss import ChannelLoss
+from grex_link.config import Scenario
+from grex_link.craft_clock import TeamClocks
+from grex_link.medium import Due
+from grex_link.messages import (
+    BadFrame,
+    Happening,
+    LinkEvent,
+    ModemStatus,
+    RangeRequest,
+    RangeResult,
+    Received,
+    Request,
+    Transmit,
+    Truth,
+    TxEvent,
+)
+from grex_link.noise_sources import NoiseSources
+from grex_link.packet import Draws, Packet
+from grex_link.profile import ModemProfile, Protocol
+from grex_link.propagation import Propagation, Shadowing
+from grex_link.range_measurement import RangeMeasurement
+from grex_link.reception import Reception
+from grex_link.sound_field import OTHER, SEND, Key, Sound, SoundField, power, ratio_db
+from grex_link.units import NS
+
+#: In UnetStack's protocol model all levels are 0 dB; against this noise one is heard, and two are not.
+_PROTOCOL_NOISE_DB = -10.0
+#: An answer is waited for as if it came from this far away, unless the profile says that the modem reaches less far.
+_ANSWER_RANGE_M = 5000.0
+_SLOWEST_MPS = 1400.0
+
+
+class AcousticMedium:
+    """See the module's docstring and `Medium`.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Team, water, losses, jammers, outages, clocks and seed.
+    profile : ModemProfile
+        Everybody's modem.
+    """
+
+    def __init__(self, scenario: Scenario, profile: ModemProfile) -> None:
+        link = scenario.link
+        self._profile = profile
+        self._names = list(scenario.craft)
+        self._places = {craft: place for place, craft in enumerate(self._names)}
+        self._clocks = TeamClocks(scenario)
+        self._team_clocks = list(self._clocks.craft.values())
+        self._reception = Reception(profile)
+        self._loss = ChannelLoss(link, scenario.link_seed)
+        self._draws = Draws(scenario.link_seed, self._names)
+        nominal_mps = link.water.nominal_sound_speed_mps
+        self._measurement = RangeMeasurement(profile, link.ranging, nominal_mps, self._draws)
+        self._protocol = profile.reception if isinstance(profile.reception, Protocol) else None
+        water = Water(
+            link.water,
+            profile.frequency_hz or 1.0,
+            profile.bandwidth_hz or 1.0,
+            spreading=profile.spreading,
+            noise_psd_db=profile.noise_psd_db,
+        )
+        shadowing = Shadowing(link.shadowing, scenario.link_seed, self._names) if link.shadowing else None
+        nowhere = [(0.0, 0.0, 0.0)] * len(self._names)
+        self._propagation = Propagation(water, profile.source_level_db or 0.0, nowhere, shadowing)
+        ambient = power(_PROTOCOL_NOISE_DB if self._protocol else water.noise_db)
+        acquisition = 1.0 if self._protocol else 10.0 ** (profile.lock_sinr_db / 10.0)
+        self._field = SoundField(len(self._names), ambient, acquisition, self)
+        self._noise = NoiseSources(scenario, self._field, self._propagation, ambient)
+        self._reach_m = _reach_m(profile)
+        self._decode_ns = round(profile.decode_latency_s * NS)
+        self._on_air: list[Sound | None] = [None] * len(self._names)
+        self._waiting: dict[tuple[int, int], tuple[Packet, int]] = {}
+        self._order = count()
+        self._events: list[tuple[int, int, Key, int, Due]] = []
+        self._lines: list[LinkEvent] = []
+        # An own transmission spoils at once what is just being heard: nothing is certain in advance.
+        self.lookahead_ns = 0
+        for number, outage in enumerate(link.outages):
+            node = self._places[outage.craft]
+            for when_s, switch in ((outage.start_s, self._switch_off), (outage.end_s, self._switch_on)):
+                self._field.at(round(when_s * NS), OTHER, (node, number, 2, 0), partial(switch, node))
+
+    @property
+    def bad_positions(self) -> int:
+        """How many positions were no numbers; such a node is taken to go straight on."""
+        return self._propagation.bad_positions
+
+    # -- Medium -------------------------------------------------------------------------------------------------
+
+    def place(self, truth: Truth) -> None:
+        """Take note of the true poses at a time."""
+        self._clocks.see(truth)
+        self._propagation.place(truth.t_ns, [(pose.north_m, pose.east_m, pose.down_m) for pose in truth.poses])
+        self._noise.place(truth)
+
+    def request(self, source: str, request: Request, start_ns: int) -> None:
+        """Accept a request for a true time."""
+        node = self._places[source]
+        begin_ns = max(start_ns, self._field.now_ns) + round(self._profile.transmit_latency_s * NS)
+        self._field.at(begin_ns, SEND, (node, request.seq, 0, 0), partial(self._begin, node, request))
+
+    def advance(self, until_ns: int) -> None:
+        """Work through everything before a time."""
+        self._field.advance(until_ns)
+
+    def events(self, before_ns: int) -> list[Due]:
+        """Take the modem events before a time."""
+        taken = []
+        while self._events and self._events[0][0] < before_ns:
+            taken.append(heapq.heappop(self._events)[-1])
+        return taken
+
+    def log(self, before_ns: int) -> list[LinkEvent]:
+        """Take the log lines before a time; nothing later has been worked through."""
+        del before_ns
+        lines, self._lines = self._lines, []
+        return lines
+
+    def next_event_ns(self) -> int | None:
+        """Next time at which anything happens."""
+        times = [self._events[0][0]] if self._events else []
+        if (field_ns := self._field.next_ns()) is not None:
+            times.append(field_ns)
+        return min(times, default=None)
+
+    # -- sending ------------------------------------------------------------------------------------------------
+
+    def _begin(self, node: int, request: Request, t_ns: int) -> None:
+        packet = self._packet(node, request)
+        refusal = self._refusal(node, request, t_ns)
+        if refusal:
+            self._note(t_ns, "refused", packet, "", refusal)
+            if isinstance(request, RangeRequest):
+                self._announce(t_ns, node, packet.key, RangeResult(request.seq, request.destination, None))
+            self._announce(t_ns, node, packet.key, TxEvent(request.seq, "FAILED", refusal))
+            return
+        sound = self._emit(packet, t_ns)
+        end_ns = t_ns + sound.airtime_ns
+        self._field.at(end_ns, OTHER, packet.key, partial(self._end_transmission, sound))
+        if packet.purpose == "ping" or packet.acknowledge:
+            self._waiting[node, packet.seq] = packet, t_ns
+            self._field.at(end_ns + self._patience_ns(), OTHER, packet.key, partial(self._give_up, packet))
+
+    def _packet(self, node: int, request: Request) -> Packet:
+        destination = self._places.get(request.destination)
+        if isinstance(request, RangeRequest):
+            return Packet(node, request.seq, "ping", self._profile.ranging.ping_bytes, b"", destination)
+        return Packet(node, request.seq, "data", len(request.payload), request.payload, destination,
+                      acknowledge=request.acknowledge)  # fmt: skip
+
+    def _refusal(self, node: int, request: Request, t_ns: int) -> str:
+        profile, destination = self._profile, request.destination
+        reason = ""
+        if self._field.off[node]:
+            reason = "off"
+        elif isinstance(request, Transmit):
+            if len(request.payload) > profile.payload_max_bytes:
+                reason = "size"
+            elif not destination and (not profile.broadcast or request.acknowledge):
+                reason = "address"
+            elif request.acknowledge and not profile.acknowledges:
+                reason = "error"
+        elif not profile.ranging.two_way:
+            reason = "error"
+        elif not destination:
+            reason = "address"
+        if not reason and destination and self._places.get(destination, node) == node:
+            reason = "address"
+        return reason or ("busy" if t_ns < self._field.deaf_until_ns[node] else "")
+
+    def _emit(self, packet: Packet, t_ns: int) -> Sound:
+        paths = self._propagation.paths(packet.source, t_ns, self._fading_db(packet))
+        levels = paths.level_db
+        if self._protocol is not None:
+            reach_m = self._protocol.interference_m
+            levels = [0.0 if distance_m <= reach_m else -math.inf for distance_m in paths.range_m]
+        airtime_ns = self._profile.airtime_ns(packet.size)
+        sound = Sound(packet.key, t_ns, airtime_ns, paths.receivers, paths.delay_ns, paths.range_m, levels,
+                      self._reach_m, packet)  # fmt: skip
+        if self._protocol is not None:
+            missed = 1.0 - self._protocol.detection
+            sound.audible = [
+                heard and not self._draws.happens(missed, "detection", packet, node)
+                for heard, node in zip(sound.audible, sound.receivers, strict=True)
+            ]
+        packet.clock_error_ns = self._team_clocks[packet.source].error_ns(t_ns)
+        self._note(t_ns, "started", packet, lasting_ns=airtime_ns)
+        self._on_air[packet.source] = sound
+        self._field.send(packet.source, sound, round(self._profile.turnaround_s * NS))
+        return sound
+
+    def _fading_db(self, packet: Packet) -> list[float] | None:
+        """Rician fading, drawn for every packet and receiver; mean power 1."""
+        k = self._profile.rician_k
+        if k is None or self._protocol is not None:
+            return None
+        steady, scatter = math.sqrt(k / (k + 1.0)), math.sqrt(0.5 / (k + 1.0))
+        gains = []
+        for node in range(len(self._names)):
+            if node != packet.source:
+                x, y = self._draws.normal("fading", packet, node)
+                gains.append(10.0 * math.log10(max((steady + scatter * x) ** 2 + (scatter * y) ** 2, 1e-12)))
+        return gains
+
+    def _end_transmission(self, sound: Sound, t_ns: int) -> None:
+        packet: Packet = sound.content
+        if not sound.cut and packet.purpose == "data":
+            self._announce(t_ns, packet.source, packet.key, TxEvent(packet.seq, "SENT"))
+
+    # -- hearing ------------------------------------------------------------------------------------------------
+
+    def missed(self, t_ns: int, sound: Sound, index: int, reason: str, others: int) -> None:
+        """See `Listener`."""
+        sinr_db = ratio_db(sound.power[index], others) if reason == "missed_snr" else None
+        self._note(t_ns, "lost", sound.content, self._names[sound.receivers[index]], reason, sinr_db=sinr_db)
+
+    def decide(self, t_ns: int, sound: Sound, index: int, others: int) -> None:
+        """See `Listener`."""
+        packet: Packet = sound.content
+        node = sound.receivers[index]
+        sinr_db = ratio_db(sound.power[index], others)
+        reason = "lost_cut" if sound.cut else self._loss_reason(t_ns, sound, index, others)
+        if not reason:
+            hear = partial(self._hear, sound, index, sinr_db)
+            self._field.at(t_ns + self._decode_ns, OTHER, packet.key, hear)
+            return
+        self._note(t_ns, "lost", packet, self._names[node], reason, sinr_db=sinr_db)
+        # Which packet it was is known to nobody who could not read it.
+        self._announce(t_ns + self._decode_ns, node, packet.key, BadFrame())
+
+    def _loss_reason(self, t_ns: int, sound: Sound, index: int, others: int) -> str:
+        """Say why a packet that was locked to is lost: p_ok = channel · range table · (1 - PER(lowest SINR))."""
+        packet: Packet = sound.content
+        node, range_m, strength = sound.receivers[index], sound.range_m[index], sound.power[index]
+        happens, noise = self._draws.happens, self._field.noise(node)
+        if self._protocol is not None:
+            if strength < others:
+                return "lost_collision"
+            garbled = range_m > self._protocol.communication_m
+            if garbled or happens(1.0 - self._protocol.communication, "communication", packet, node):
+                return "lost_noise"
+        else:
+            per = self._reception.packet_error_rate(ratio_db(strength, others), packet.size)
+            if happens(per, "error", packet, node):
+                alone = self._reception.packet_error_rate(ratio_db(strength, noise), packet.size)
+                return "lost_noise" if alone >= per else "lost_collision"
+            if happens(1.0 - self._reception.range_delivery(range_m), "range", packet, node):
+                return "lost_noise"
+            if others > noise:
+                survival = self._reception.interference_delivery(ratio_db(strength, others - noise))
+                if happens(1.0 - survival, "interference", packet, node):
+                    return "lost_collision"
+        return self._loss.reason(self._names[packet.source], self._names[node], t_ns, *self._draws.which(packet))
+
+    def _hear(self, sound: Sound, index: int, sinr_db: float, t_ns: int) -> None:
+        packet: Packet = sound.content
+        node = sound.receivers[index]
+        kind = "delivered" if packet.is_for(node) else "overheard"
+        self._note(t_ns, kind, packet, self._names[node], lasting_ns=t_ns - sound.start_ns, sinr_db=sinr_db)
+        if kind == "overheard" or self._field.off[node]:
+            return
+        if packet.purpose == "data":
+            self._announce(t_ns, node, packet.key, self._received(sound, index, sinr_db))
+            if packet.acknowledge:
+                self._answer_with("ack", node, packet, t_ns)
+        elif packet.purpose == "ping":
+            self._answer_with("answer", node, packet, t_ns)
+        else:
+            self._answered(node, packet, t_ns)
+
+    def _received(self, sound: Sound, index: int, sinr_db: float) -> Received:
+        packet: Packet = sound.content
+        node, delay_ns = sound.receivers[index], round(sound.delay_ns[index])
+        return Received(
+            self._names[packet.source],
+            packet.payload,
+            "" if packet.destination is None else self._names[packet.destination],
+            rssi_db=round(sound.level_db[index], 3),
+            snr_db=round(sinr_db, 3),
+            relative_speed_mps=round(self._propagation.closing_mps(packet.source, node, sound.start_ns), 3),
+            one_way_s=self._measurement.one_way_s(packet, node, sound.start_ns, delay_ns, self._team_clocks),
+        )
+
+    # -- answers ------------------------------------------------------------------------------------------------
+
+    def _answer_with(self, purpose: str, node: int, packet: Packet, t_ns: int) -> None:
+        """Have a modem answer by itself, a fixed time after it has heard the question."""
+        size = self._profile.ranging.ping_bytes
+        answer = Packet(
+            node, packet.seq, "ack" if purpose == "ack" else "answer", size, b"", packet.source, packet.source
+        )
+        reply_ns = round(self._profile.ranging.reply_s * NS)
+        self._field.at(t_ns + reply_ns, SEND, answer.key, partial(self._begin_answer, answer))
+
+    def _begin_answer(self, answer: Packet, t_ns: int) -> None:
+        """Answer, unless the modem is off or still busy with something of its own."""
+        node = answer.source
+        if not self._field.off[node] and t_ns >= self._field.deaf_until_ns[node]:
+            self._emit(answer, t_ns)
+
+    def _answered(self, node: int, answer: Packet, t_ns: int) -> None:
+        waiting = self._waiting.pop((node, answer.seq), None)
+        if waiting is None:
+            return
+        packet, start_ns = waiting
+        if packet.purpose == "data":
+            self._announce(t_ns, node, packet.key, TxEvent(packet.seq, "DELIVERED"))
+        else:
+            range_m = self._measurement.two_way_m(packet, answer, t_ns - start_ns)
+            self._announce(t_ns, node, packet.key, RangeResult(packet.seq, self._names[answer.source], range_m))
+
+    def _give_up(self, packet: Packet, t_ns: int) -> None:
+        if self._waiting.pop((packet.source, packet.seq), None) is None:
+            return
+        if packet.purpose == "data":
+            self._announce(t_ns, packet.source, packet.key, TxEvent(packet.seq, "FAILED", "no_ack"))
+        else:
+            silent = self._names[packet.destination or 0]
+            self._announce(t_ns, packet.source, packet.key, RangeResult(packet.seq, silent, None))
+
+    def _patience_ns(self) -> int:
+        """How long after the end of a question an answer may take: there and back as far as the modem reaches."""
+        profile = self._profile
+        seconds = 2.0 * min(self._reach_m, _ANSWER_RANGE_M) / _SLOWEST_MPS
+        seconds += profile.ranging.reply_s + 2.0 * profile.decode_latency_s
+        return round(seconds * NS) + profile.airtime_ns(profile.ranging.ping_bytes)
+
+    # -- outages ------------------------------------------------------------------------------------------------
+
+    def _switch_off(self, node: int, t_ns: int) -> None:
+        """A modem goes off: what it transmits is cut short, what it hears is lost, what it waits for never comes."""
+        sound = self._on_air[node]
+        if sound is not None and t_ns < self._field.sending_until_ns[node]:
+            sound.cut = True
+            if sound.content.purpose == "data":
+                self._announce(t_ns, node, sound.key, TxEvent(sound.content.seq, "FAILED", "off"))
+        for place, seq in [waiting for waiting in self._waiting if waiting[0] == node]:
+            packet, _ = self._waiting[place, seq]
+            if sound is not None and sound.content is packet and packet.purpose == "data":
+                del self._waiting[place, seq]
+            else:
+                self._give_up(packet, t_ns)
+        self._field.switch(node, t_ns, off=True)
+        self._announce(t_ns, node, (node, 0, 2, 0), ModemStatus("off"))
+
+    def _switch_on(self, node: int, t_ns: int) -> None:
+        self._field.switch(node, t_ns, off=False)
+        self._announce(t_ns, node, (node, 0, 2, 0), ModemStatus("rebooted"))
+
+    # -- what comes out -----------------------------------------------------------------------------------------
+
+    def _announce(self, t_ns: int, node: int, cause: Key, event: Happening) -> None:
+        due = (t_ns, self._names[node], event)
+        heapq.heappush(self._events, (t_ns, node, cause, next(self._order), due))
+
+    def _note(
+        self,
+        t_ns: int,
+        kind: str,
+        packet: Packet,
+        receiver: str = "",
+        reason: str = "",
+        *,
+        lasting_ns: int = 0,
+        sinr_db: float | None = None,
+    ) -> None:
+        asker = "" if packet.asker is None else self._names[packet.asker]
+        sinr_db = None if sinr_db is None else round(sinr_db, 3)
+        self._lines.append(
+            LinkEvent(t_ns, kind, self._names[packet.source], packet.seq, receiver, packet.size, reason,  # type: ignore[arg-type]
+                      packet.purpose, asker, lasting_ns, sinr_db))  # fmt: skip
+
+
+def _reach_m(profile: ModemProfile) -> float:
+    """Beyond this nothing is heard, by what the profile says itself."""
+    reaches = [profile.range_max_m or math.inf]
+    if isinstance(profile.reception, Protocol):
+        reaches.append(profile.reception.detection_m)
+    if profile.range_pdr is not None and profile.range_pdr.pdr[-1] == 0.0:
+        reaches.append(profile.range_pdr.range_m[-1])
+    return min(reaches)
