@@ -1,7 +1,9 @@
 """Modem profiles: data, one TOML file a modem. A user's own file needs no code: ``link.profile = "my_modem.toml"``."""
 
 import tomllib
+from collections.abc import Sequence
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -34,10 +36,14 @@ class ErrorTable(Data, frozen=True, tag="table"):
 
     sinr_db: Points
     per: Shares
+    """Does not rise from point to point."""
+    frame_bytes: Annotated[int, Meta(ge=1)] | None = None
+    """The rate is that of one frame of this length, and a payload needs all its frames; left out: of a packet."""
 
     def __post_init__(self) -> None:
         """Check the points."""
         _check_table("sinr_db", self.sinr_db, "per", self.per)
+        _check_order("per", [-share for share in self.per], "rise")
 
 
 class BitErrors(Data, frozen=True, tag="bit_errors"):
@@ -76,10 +82,12 @@ class InterferenceTable(Data, frozen=True):
 
     sir_db: Points
     pdr: Shares
+    """Does not fall from point to point."""
 
     def __post_init__(self) -> None:
         """Check the points."""
         _check_table("sir_db", self.sir_db, "pdr", self.pdr)
+        _check_order("pdr", self.pdr, "fall")
 
 
 class Ranging(Data, frozen=True):
@@ -100,7 +108,7 @@ class Ranging(Data, frozen=True):
     """Length of a ping and of its answer, as far as the airtime goes."""
 
 
-class ModemProfile(Data, frozen=True):
+class ModemProfile(Data, frozen=True, kw_only=True):
     """What a modem can do. ``assumed`` names the numbers nobody has published.
 
     The paper's modem has no acoustics (``source_level_db`` is left out): its messages take their time, whatever the
@@ -180,6 +188,8 @@ class ModemProfile(Data, frozen=True):
         reception = self.reception
         if isinstance(reception, Threshold):
             return reception.sinr_db
+        if isinstance(reception, BitErrors):
+            return -reception.gain_db
         return reception.sinr_db[0] if isinstance(reception, ErrorTable) else 0.0
 
 
@@ -221,5 +231,10 @@ def load_profile(name: str) -> ModemProfile:
 def _check_table(name: str, places: Points, other: str, values: Shares) -> None:
     if len(places) != len(values):
         raise ValueError(f"{name} has {len(places)} points and {other} {len(values)}")
-    if any(later <= earlier for earlier, later in zip(places, places[1:], strict=False)):
+    if any(later <= earlier for earlier, later in pairwise(places)):
         raise ValueError(f"{name} must increase from point to point")
+
+
+def _check_order(name: str, values: Sequence[float], never: str) -> None:
+    if any(later < earlier for earlier, later in pairwise(values)):
+        raise ValueError(f"{name} must not {never} from point to point")
