@@ -37,9 +37,16 @@ class CraftClock:
         return t_ns + self.error_ns(t_ns)
 
     def true_ns(self, local_ns: int) -> int:
-        """True time at which the clock reads this."""
-        guess_ns = local_ns - self.error_ns(local_ns)
-        return local_ns - self.error_ns(guess_ns)
+        """True time at which the clock reads this, to the nanosecond."""
+        if not self._config.drift_ppm:
+            return local_ns - self._offset_ns
+        since_set_ns = local_ns - self._offset_ns - self._set_ns
+        return self._set_ns + round(since_set_ns / (1.0 + self._config.drift_ppm * 1e-6))
+
+    @property
+    def right(self) -> bool:
+        """Whether it has no error at any time."""
+        return not (self._offset_ns or self._config.drift_ppm)
 
 
 class TeamClocks:
