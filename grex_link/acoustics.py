@@ -173,6 +173,8 @@ class Water:
 
     Attributes
     ----------
+    spreading : float
+        Exponent in use.
     noise_db : float
         Ambient noise in the band, dB re 1 µPa: the spectrum level at its centre and 10 log10 of its width.
 
@@ -191,7 +193,7 @@ class Water:
         spreading: float | None = None,
         noise_psd_db: float | None = None,
     ) -> None:
-        self._spreading = config.spreading if spreading is None else spreading
+        self.spreading = config.spreading if spreading is None else spreading
         self._frequency_khz = frequency_hz / 1000.0
         self._config = config
         self._layers = Layers(config.layers) if config.layers else None
@@ -231,7 +233,7 @@ class Water:
         mean_depth_m : float or array
             Metres.
         """
-        return transmission_loss(range_m, self._spreading, self.absorption_db_per_km(mean_depth_m))
+        return transmission_loss(range_m, self.spreading, self.absorption_db_per_km(mean_depth_m))
 
     def absorption_db_per_km(self, depth_m: Numbers = 0.0) -> Vector:
         """Absorption at the centre of the band, dB a kilometre."""
