@@ -8,6 +8,7 @@ craft equally long.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 
 from grex_agent.path import Arc, Line, Track
 from grex_link.config import Lawnmower, LineConfig, Scenario, TrackList, Tracks
@@ -16,6 +17,8 @@ from grex_link.errors import ConfigError
 NorthEast = tuple[float, float]
 #: A team state numbers its track in 8 bits.
 TRACKS_MAX = 255
+#: On arcs positions are compared at every so many radians: the greatest distance is missed by 0.1 % of their diameter.
+_ARC_STEP_RAD = math.radians(5.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,19 @@ class CraftPlan:
         """Find the planned point at a progress (track number plus Θ); beyond the last track it goes on."""
         track = min(max(int(progress), 0), len(self.tracks) - 1)
         return self.tracks[track].point(progress - track)
+
+    def depth_m(self, progress: float) -> float:
+        """Find the planned depth at a progress: that of the track, which is taken up when the track is."""
+        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)].depth_m
+
+    def speed_mps(self, progress: float) -> float:
+        """Find the planned speed over ground at a progress."""
+        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)].speed_mps
+
+    def course_rad(self, progress: float) -> float:
+        """Find the course of the plan at a progress."""
+        track = self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)]
+        return track.locate(*self.point(progress)).course_rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +94,30 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
         _check_speeds(scenario, craft, plan, f"$.mission.{table}.{craft}")
     first = next(iter(plans.values()))
     return TeamPlan(plans, sum(track.length_m / track.speed_mps for track in first.tracks))
+
+
+def range_max_m(plan: TeamPlan) -> float:
+    """Greatest distance between any two craft at equal times of the planned mission, metres, in three dimensions.
+
+    All craft run their tracks in step. Between lines the distance is greatest at an end of both; on arcs it is looked
+    up every few degrees. At the beginning of a track a craft may still be at the depth of the one before.
+    """
+    return max((math.dist(*pair) for team in _moments(plan) for pair in combinations(team, 2)), default=0.0)
+
+
+def _moments(plan: TeamPlan) -> Iterator[list[tuple[float, float, float]]]:
+    """Yield positions of all craft at equal times, close enough to each other to find the greatest distance."""
+    craft = list(plan.craft.values())
+    before = [each.start_depth_m for each in craft]
+    for tracks in zip(*(each.tracks for each in craft), strict=True):
+        depths = [track.depth_m for track in tracks]
+        turn_rad = max(abs(track.curvature) * track.length_m for track in tracks)
+        steps = max(1, math.ceil(turn_rad / _ARC_STEP_RAD))
+        for step in range(steps + 1):
+            places = [track.point(step / steps) for track in tracks]
+            for now in (depths, before) if step == 0 else (depths,):
+                yield [(*place, depth) for place, depth in zip(places, now, strict=True)]
+        before = depths
 
 
 def _lawnmower(mission: Lawnmower, place: tuple[float, float, float]) -> CraftPlan:

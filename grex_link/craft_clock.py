@@ -33,11 +33,11 @@ class CraftClock:
         return self._offset_ns + round((t_ns - self._set_ns) * self._config.drift_ppm * 1e-6)
 
     def local_ns(self, t_ns: int) -> int:
-        """Reading of the clock at a true time."""
+        """Read the clock at a true time."""
         return t_ns + self.error_ns(t_ns)
 
     def true_ns(self, local_ns: int) -> int:
-        """True time at which the clock reads this, to the nanosecond."""
+        """Find the true time at which the clock reads this, to the nanosecond."""
         if not self._config.drift_ppm:
             return local_ns - self._offset_ns
         since_set_ns = local_ns - self._offset_ns - self._set_ns

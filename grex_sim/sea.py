@@ -2,8 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
+import msgspec
+
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
+from grex_link.craft_clock import TeamClocks
 from grex_link.messages import Fix, Setpoint, Truth
 from grex_link.units import tick_ns
 from grex_sim.navigation import Navigation
@@ -26,6 +29,8 @@ class Sea:
         self.tick = 0
         self._vehicles: dict[str, Vehicle] = {}
         self._navigation: list[Navigation] = []
+        self._clocks = TeamClocks(scenario)
+        self._all_right = all(clock.right for clock in self._clocks.craft.values())
         for craft, config in scenario.craft.items():
             north, east, course = plan.craft[craft].start
             start = north, east, plan.craft[craft].start_depth_m, course
@@ -42,11 +47,24 @@ class Sea:
         self.truth = self._see()
 
     def fixes(self, modem_events: Sequence[int]) -> list[Fix]:
-        """Fix everybody's position now; `modem_events` is what each agent must have (see `Fix`)."""
+        """Fix everybody's position now, at a time by its own clock.
+
+        Parameters
+        ----------
+        modem_events : sequence of int
+            What each agent must have, see `Fix`.
+        """
         truth = self.truth
-        return [
+        fixes = [
             navigation.fix(pose, truth.tick, truth.t_ns, count)
             for navigation, pose, count in zip(self._navigation, truth.poses, modem_events, strict=True)
+        ]
+        if self._all_right:
+            return fixes
+        clocks = self._clocks.craft.values()
+        return [
+            msgspec.structs.replace(fix, t_ns=clock.local_ns(truth.t_ns))
+            for fix, clock in zip(fixes, clocks, strict=True)
         ]
 
     @property
@@ -55,4 +73,6 @@ class Sea:
         return [craft for craft, vehicle in self._vehicles.items() if not vehicle.holdable]
 
     def _see(self) -> Truth:
-        return Truth(self.tick, self.tick * self._tick_ns, [vehicle.pose for vehicle in self._vehicles.values()])
+        truth = Truth(self.tick, self.tick * self._tick_ns, [vehicle.pose for vehicle in self._vehicles.values()])
+        self._clocks.see(truth)
+        return truth

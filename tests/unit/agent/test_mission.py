@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from grex_agent.mission import plan_mission
+from grex_agent.mission import plan_mission, range_max_m
 from grex_agent.path import Arc, Line
 from grex_link.errors import ConfigError
 from grex_link.scenario import decode
@@ -155,6 +155,54 @@ def test_track_list():
 def test_durations_may_differ_by_a_hundredth():
     """Rounded speeds pass: a track may take one craft up to 1 % longer than another."""
     plan_tracks({"auv1": listed(line(100.0, 0.0)), "auv2": listed(line(100.0, 9.0, 1.009), start=(0.0, 9.0, 0.0))})
+
+
+# -- distances and places -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", FORMATIONS)
+def test_a_rigid_formation_keeps_its_greatest_distance(size):
+    """The greatest distance of a lawnmower is the longest line through its formation, depth included."""
+    places = FORMATIONS[size].values()
+    wanted = max((math.dist(a, b) for a, b in combinations(places, 2)), default=0.0)
+    assert range_max_m(plan(FORMATIONS[size])) == pytest.approx(wanted, abs=1e-9)
+
+
+def test_greatest_distance_of_lines_is_at_an_end():
+    """Craft that run apart are farthest apart where they end; craft that meet, where they start."""
+    apart = {"auv1": listed(line(100.0, 0.0)), "auv2": listed(line(100.0, 75.0, 1.25))}
+    assert range_max_m(plan_tracks(apart)) == pytest.approx(75.0)
+    meeting = {"auv1": listed(line(0.0, 50.0)), "auv2": listed(line(0.0, 50.0, 1.0), start=(0.0, 100.0, 0.0))}
+    assert range_max_m(plan_tracks(meeting)) == pytest.approx(100.0)
+
+
+def test_greatest_distance_on_arcs_is_found_between_their_ends():
+    """Two craft that turn round, away from each other, are farthest apart on their way."""
+
+    def half_circle(east, turn_deg):
+        turn = {"type": "arc", "centre_ne_m": [0.0, east], "turn_deg": turn_deg, "speed_mps": 1.0}
+        return listed(turn, start=(-40.0, east, 0.0))
+
+    team = plan_tracks({"auv1": half_circle(0.0, 180.0), "auv2": half_circle(10.0, -180.0)})
+    assert range_max_m(team) == pytest.approx(10.0 + 2 * 40.0, rel=1e-3)
+
+
+def test_depths_count_for_the_greatest_distance():
+    """At the start of a track a craft is still at the depth of the one before."""
+    dive = listed(line(10.0, 0.0), line(20.0, 0.0, depth=40.0), line(30.0, 0.0))
+    wait = listed(line(10.0, 30.0), line(20.0, 30.0), line(30.0, 30.0), start=(0.0, 30.0, 0.0))
+    assert range_max_m(plan_tracks({"auv1": dive, "auv2": wait})) == pytest.approx(50.0)
+    below = listed(line(10.0, 0.0), start=(0.0, 0.0, 60.0))
+    assert range_max_m(plan_tracks({"auv1": below, "auv2": listed(line(10.0, 0.0))})) == pytest.approx(60.0)
+
+
+def test_the_plan_of_a_moment():
+    """Depth, speed and course of the plan at a progress are those of the track; beyond the last one they go on."""
+    team = plan_tracks({"auv1": listed(line(10.0, 0.0, 0.7, 3.0), line(10.0, 10.0, 0.9, 5.0))})
+    craft = team.craft["auv1"]
+    for progress, depth, speed, course in ((-0.5, 3, 0.7, 0), (0.9, 3, 0.7, 0), (1.0, 5, 0.9, 90), (7.5, 5, 0.9, 90)):
+        assert (craft.depth_m(progress), craft.speed_mps(progress)) == (depth, speed)
+        assert craft.course_rad(progress) == pytest.approx(math.radians(course))
 
 
 # -- what cannot be planned ---------------------------------------------------------------------------------------

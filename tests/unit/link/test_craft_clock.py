@@ -39,7 +39,7 @@ def test_a_slow_clock() -> None:
     st.integers(0, 10**14),
     st.booleans(),
 )
-def test_there_and_back(offset_s: float, drift_ppm: float, t_ns: int, set_ns: int, surfaces: bool) -> None:
+def test_there_and_back(offset_s: float, drift_ppm: float, t_ns: int, set_ns: int, surfaces) -> None:
     """True time from a reading is the true time of that reading, to 2 ns, before and after it was set."""
     clock = CraftClock(CraftClockConfig(offset_s=offset_s, drift_ppm=drift_ppm, gps_at_surface=True))
     if surfaces:
@@ -69,7 +69,7 @@ def test_without_gps_the_surface_is_no_help() -> None:
     ("config", "right"),
     [({}, True), ({"offset_s": 0.1}, False), ({"drift_ppm": 1.0}, False), ({"gps_at_surface": True}, True)],
 )
-def test_which_clocks_are_right(config: dict[str, float], right: bool) -> None:
+def test_which_clocks_are_right(config: dict[str, float], right) -> None:
     """A clock is right if it neither is off nor goes off."""
     assert CraftClock(CraftClockConfig(**config)).right is right
 

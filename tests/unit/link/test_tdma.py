@@ -269,6 +269,6 @@ def test_a_guard_that_just_does() -> None:
 
 def test_a_range_that_is_less_than_planned() -> None:
     """A guard made for less than the planned distance is refused where that distance is given."""
-    with pytest.raises(ConfigError, match="planned to be 500.0 m apart") as caught:
+    with pytest.raises(ConfigError, match=r"planned to be 500\.0 m apart") as caught:
         wet(Tdma(range_max_m=100.0), reach_m=100.0)
     assert caught.value.path == "$.link.mac.range_max_m"

@@ -17,7 +17,7 @@ def sea(tick_s=1.0, **tables):
     """Two craft that start on course east, 8 m deep."""
     mission = {"type": "lawnmower", "formation_m": FORMATION, "heading_deg": 90.0, "start_ned_m": [0.0, 0.0, 8.0]}
     craft = {"auv1": {}, "auv2": {"navigation": {"offset_ned_m": [1.0, 2.0, 0.0]}}}
-    scenario = decode({"mission": mission, "craft": craft, "clock": {"tick_s": tick_s}, **tables})
+    scenario = decode({"mission": mission, "craft": craft, "clock": {"tick_s": tick_s}} | tables)
     return Sea(scenario, plan_mission(scenario))
 
 
@@ -73,3 +73,44 @@ def test_adrift():
     assert water.adrift == []
     water.advance({"auv1": steer(course_rad=0.0), "auv2": steer()})
     assert water.adrift == ["auv1"]
+
+
+CLOCKS = {"auv1": {"clock": {"offset_s": 2.5, "drift_ppm": 100.0}}, "auv2": {}}
+
+
+def test_fixes_carry_the_time_of_the_crafts_own_clock():
+    """A fix is stamped by its craft's clock, with offset and drift; tick and truth stay what they are."""
+    water = sea(craft=CLOCKS)
+    assert [fix.t_ns for fix in water.fixes([0, 0])] == [2_500_000_000, 0]
+    for _ in range(1000):
+        water.advance({})
+    first, second = water.fixes([0, 0])
+    assert (first.tick, second.tick, water.truth.t_ns) == (1000, 1000, 1000 * NS)
+    assert (first.t_ns, second.t_ns) == (1002 * NS + 600_000_000, 1000 * NS)
+
+
+def test_a_wrong_clock_does_not_move_a_fix():
+    """Where a fix says the craft is does not depend on its clock, even where navigation drifts with time."""
+    drifting = {"navigation": {"drift_ned_mps": [0.01, 0.02, 0.0], "white_m": 0.5}}
+    right = sea(craft={"auv1": drifting, "auv2": {}})
+    wrong = sea(craft={"auv1": drifting | CLOCKS["auv1"], "auv2": {}})
+    for water in (right, wrong):
+        for _ in range(50):
+            water.advance({"auv1": steer()})
+    (expected, _), (found, _) = right.fixes([0, 0]), wrong.fixes([0, 0])
+    assert (found.north_m, found.east_m, found.sigma_m) == (expected.north_m, expected.east_m, expected.sigma_m)
+    assert found.t_ns - expected.t_ns == 2_500_000_000 + 5_000_000
+
+
+def test_gps_sets_the_clock_at_the_surface():
+    """A craft at the surface with GPS stamps mission time; the one below keeps its error."""
+    clock = {"offset_s": 2.5, "gps_at_surface": True}
+    water = sea(
+        craft={"auv1": {"clock": clock}, "auv2": {"clock": clock}},
+        mission={
+            "type": "lawnmower",
+            "formation_m": FORMATION,
+            "start_ned_m": [0.0, 0.0, 0.2],
+        },
+    )
+    assert [fix.t_ns for fix in water.fixes([0, 0])] == [0, 2_500_000_000]
