@@ -6,8 +6,12 @@ it is for, and what the modems say of it is decided here.
 
 import heapq
 import math
+from collections.abc import Sequence
 from functools import partial
 from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grex_link.acoustics import Water
 from grex_link.channel_loss import ChannelLoss
@@ -28,9 +32,9 @@ from grex_link.messages import (
     TxEvent,
 )
 from grex_link.noise_sources import NoiseSources
-from grex_link.packet import Draws, Packet
+from grex_link.packet import Draws, Packet, Purpose
 from grex_link.profile import ModemProfile, Protocol
-from grex_link.propagation import Propagation, Shadowing
+from grex_link.propagation import Paths, Propagation, Shadowing
 from grex_link.range_measurement import RangeMeasurement
 from grex_link.reception import Reception
 from grex_link.sound_field import OTHER, SEND, Key, Sound, SoundField, power, ratio_db
@@ -78,11 +82,11 @@ class AcousticMedium:
         nowhere = [(0.0, 0.0, 0.0)] * len(self._names)
         self._propagation = Propagation(water, profile.source_level_db or 0.0, nowhere, shadowing)
         ambient = power(_PROTOCOL_NOISE_DB if self._protocol else water.noise_db)
-        acquisition = 1.0 if self._protocol else 10.0 ** (profile.lock_sinr_db / 10.0)
-        self._field = SoundField(len(self._names), ambient, acquisition, self)
+        self._field = SoundField(len(self._names), ambient, 0.0 if self._protocol else profile.lock_sinr_db, self)
         self._noise = NoiseSources(scenario, self._field, self._propagation, ambient)
         self._reach_m = _reach_m(profile)
         self._decode_ns = round(profile.decode_latency_s * NS)
+        self._upcoming: list[tuple[int, int]] = []
         self._on_air: list[Sound | None] = [None] * len(self._names)
         self._waiting: dict[tuple[int, int], tuple[Packet, int]] = {}
         self._order = count()
@@ -112,10 +116,14 @@ class AcousticMedium:
         """Accept a request for a true time."""
         node = self._places[source]
         begin_ns = max(start_ns, self._field.now_ns) + round(self._profile.transmit_latency_s * NS)
+        self._upcoming.append((node, begin_ns))
         self._field.at(begin_ns, SEND, (node, request.seq, 0, 0), partial(self._begin, node, request))
 
     def advance(self, until_ns: int) -> None:
         """Work through everything before a time."""
+        if self._upcoming:
+            self._propagation.prepare([send for send in self._upcoming if send[1] < until_ns])
+            self._upcoming = [send for send in self._upcoming if send[1] >= until_ns]
         self._field.advance(until_ns)
 
     def events(self, before_ns: int) -> list[Due]:
@@ -159,8 +167,10 @@ class AcousticMedium:
     def _packet(self, node: int, request: Request) -> Packet:
         destination = self._places.get(request.destination)
         if isinstance(request, RangeRequest):
-            return Packet(node, request.seq, "ping", self._profile.ranging.ping_bytes, b"", destination)
-        return Packet(node, request.seq, "data", len(request.payload), request.payload, destination,
+            return Packet(
+                self._names, node, request.seq, "ping", self._profile.ranging.ping_bytes, destination=destination
+            )
+        return Packet(self._names, node, request.seq, "data", len(request.payload), request.payload, destination,
                       acknowledge=request.acknowledge)  # fmt: skip
 
     def _refusal(self, node: int, request: Request, t_ns: int) -> str:
@@ -184,38 +194,36 @@ class AcousticMedium:
         return reason or ("busy" if t_ns < self._field.deaf_until_ns[node] else "")
 
     def _emit(self, packet: Packet, t_ns: int) -> Sound:
-        paths = self._propagation.paths(packet.source, t_ns, self._fading_db(packet))
-        levels = paths.level_db
+        paths = self._propagation.paths(packet.source, t_ns)
+        audible = None if self._reach_m == math.inf else (paths.range_m <= self._reach_m).tolist()
         if self._protocol is not None:
-            reach_m = self._protocol.interference_m
-            levels = [0.0 if distance_m <= reach_m else -math.inf for distance_m in paths.range_m]
+            levels = np.where(paths.range_m <= self._protocol.interference_m, 0.0, -np.inf)
+            paths = paths._replace(level_db=levels)
+            audible = self._detected(self._protocol, packet, paths)
+        elif self._profile.rician_k is not None:
+            fading_db = self._fading_db(self._profile.rician_k, packet, paths.receivers)
+            paths = paths._replace(level_db=paths.level_db + fading_db)
         airtime_ns = self._profile.airtime_ns(packet.size)
-        sound = Sound(packet.key, t_ns, airtime_ns, paths.receivers, paths.delay_ns, paths.range_m, levels,
-                      self._reach_m, packet)  # fmt: skip
-        if self._protocol is not None:
-            missed = 1.0 - self._protocol.detection
-            sound.audible = [
-                heard and not self._draws.happens(missed, "detection", packet, node)
-                for heard, node in zip(sound.audible, sound.receivers, strict=True)
-            ]
+        sound = Sound(packet.key, t_ns, airtime_ns, paths, audible, packet)
         packet.clock_error_ns = self._team_clocks[packet.source].error_ns(t_ns)
         self._note(t_ns, "started", packet, lasting_ns=airtime_ns)
         self._on_air[packet.source] = sound
         self._field.send(packet.source, sound, round(self._profile.turnaround_s * NS))
         return sound
 
-    def _fading_db(self, packet: Packet) -> list[float] | None:
+    def _detected(self, protocol: Protocol, packet: Packet, paths: Paths) -> list[bool]:
+        missed = 1.0 - protocol.detection
+        return [
+            distance_m <= self._reach_m and not self._draws.happens(missed, "detection", packet, node)
+            for distance_m, node in zip(paths.range_m.tolist(), paths.receivers, strict=True)
+        ]
+
+    def _fading_db(self, k: float, packet: Packet, receivers: Sequence[int]) -> NDArray[np.float64]:
         """Rician fading, drawn for every packet and receiver; mean power 1."""
-        k = self._profile.rician_k
-        if k is None or self._protocol is not None:
-            return None
         steady, scatter = math.sqrt(k / (k + 1.0)), math.sqrt(0.5 / (k + 1.0))
-        gains = []
-        for node in range(len(self._names)):
-            if node != packet.source:
-                x, y = self._draws.normal("fading", packet, node)
-                gains.append(10.0 * math.log10(max((steady + scatter * x) ** 2 + (scatter * y) ** 2, 1e-12)))
-        return gains
+        x, y = np.array([self._draws.normal("fading", packet, node) for node in receivers]).reshape(-1, 2).T
+        gain: NDArray[np.float64] = (steady + scatter * x) ** 2 + (scatter * y) ** 2
+        return 10.0 * np.log10(np.maximum(gain, 1e-12))
 
     def _end_transmission(self, sound: Sound, t_ns: int) -> None:
         packet: Packet = sound.content
@@ -226,8 +234,11 @@ class AcousticMedium:
 
     def missed(self, t_ns: int, sound: Sound, index: int, reason: str, others: int) -> None:
         """See `Listener`."""
-        sinr_db = ratio_db(sound.power[index], others) if reason == "missed_snr" else None
-        self._note(t_ns, "lost", sound.content, self._names[sound.receivers[index]], reason, sinr_db=sinr_db)
+        del others
+        packet: Packet = sound.content
+        self._lines.append(
+            LinkEvent(t_ns, "lost", packet.name, packet.seq, self._names[sound.receivers[index]], packet.size, reason,
+                      packet.purpose, packet.asked_by))  # fmt: skip
 
     def decide(self, t_ns: int, sound: Sound, index: int, others: int) -> None:
         """See `Listener`."""
@@ -246,7 +257,7 @@ class AcousticMedium:
     def _loss_reason(self, t_ns: int, sound: Sound, index: int, others: int) -> str:
         """Say why a packet that was locked to is lost: p_ok = channel · range table · (1 - PER(lowest SINR))."""
         packet: Packet = sound.content
-        node, range_m, strength = sound.receivers[index], sound.range_m[index], sound.power[index]
+        node, range_m, strength = sound.receivers[index], float(sound.range_m[index]), sound.power[index]
         happens, noise = self._draws.happens, self._field.noise(node)
         if self._protocol is not None:
             if strength < others:
@@ -265,7 +276,7 @@ class AcousticMedium:
                 survival = self._reception.interference_delivery(ratio_db(strength, others - noise))
                 if happens(1.0 - survival, "interference", packet, node):
                     return "lost_collision"
-        return self._loss.reason(self._names[packet.source], self._names[node], t_ns, *self._draws.which(packet))
+        return self._loss.reason(packet.name, self._names[node], t_ns, *self._draws.which(packet))
 
     def _hear(self, sound: Sound, index: int, sinr_db: float, t_ns: int) -> None:
         packet: Packet = sound.content
@@ -285,12 +296,12 @@ class AcousticMedium:
 
     def _received(self, sound: Sound, index: int, sinr_db: float) -> Received:
         packet: Packet = sound.content
-        node, delay_ns = sound.receivers[index], round(sound.delay_ns[index])
+        node, delay_ns = sound.receivers[index], sound.delay_ns[index]
         return Received(
-            self._names[packet.source],
+            packet.name,
             packet.payload,
             "" if packet.destination is None else self._names[packet.destination],
-            rssi_db=round(sound.level_db[index], 3),
+            rssi_db=round(float(sound.level_db[index]), 3),
             snr_db=round(sinr_db, 3),
             relative_speed_mps=round(self._propagation.closing_mps(packet.source, node, sound.start_ns), 3),
             one_way_s=self._measurement.one_way_s(packet, node, sound.start_ns, delay_ns, self._team_clocks),
@@ -298,12 +309,10 @@ class AcousticMedium:
 
     # -- answers ------------------------------------------------------------------------------------------------
 
-    def _answer_with(self, purpose: str, node: int, packet: Packet, t_ns: int) -> None:
+    def _answer_with(self, purpose: Purpose, node: int, packet: Packet, t_ns: int) -> None:
         """Have a modem answer by itself, a fixed time after it has heard the question."""
         size = self._profile.ranging.ping_bytes
-        answer = Packet(
-            node, packet.seq, "ack" if purpose == "ack" else "answer", size, b"", packet.source, packet.source
-        )
+        answer = Packet(self._names, node, packet.seq, purpose, size, destination=packet.source, asker=packet.source)
         reply_ns = round(self._profile.ranging.reply_s * NS)
         self._field.at(t_ns + reply_ns, SEND, answer.key, partial(self._begin_answer, answer))
 
@@ -343,7 +352,7 @@ class AcousticMedium:
     # -- outages ------------------------------------------------------------------------------------------------
 
     def _switch_off(self, node: int, t_ns: int) -> None:
-        """A modem goes off: what it transmits is cut short, what it hears is lost, what it waits for never comes."""
+        """Cut short what a modem transmits, lose what it hears, and give up what it waits for."""
         sound = self._on_air[node]
         if sound is not None and t_ns < self._field.sending_until_ns[node]:
             sound.cut = True
@@ -379,11 +388,10 @@ class AcousticMedium:
         lasting_ns: int = 0,
         sinr_db: float | None = None,
     ) -> None:
-        asker = "" if packet.asker is None else self._names[packet.asker]
         sinr_db = None if sinr_db is None else round(sinr_db, 3)
         self._lines.append(
-            LinkEvent(t_ns, kind, self._names[packet.source], packet.seq, receiver, packet.size, reason,  # type: ignore[arg-type]
-                      packet.purpose, asker, lasting_ns, sinr_db))  # fmt: skip
+            LinkEvent(t_ns, kind, packet.name, packet.seq, receiver, packet.size, reason, packet.purpose,  # type: ignore[arg-type]
+                      packet.asked_by, lasting_ns, sinr_db))  # fmt: skip
 
 
 def _reach_m(profile: ModemProfile) -> float:

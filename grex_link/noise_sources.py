@@ -47,10 +47,10 @@ class NoiseSources:
             config = self._craft[node]
             if config is not None:
                 self._own[node] = self_noise(config, pose.surge_mps)
-                self._set(node)
+                self._set(node, truth.t_ns)
 
-    def _set(self, node: int) -> None:
-        self._field.set_noise(node, self._ambient + self._own[node] + sum(self._jammed[node]))
+    def _set(self, node: int, t_ns: int) -> None:
+        self._field.set_noise(node, self._ambient + self._own[node] + sum(self._jammed[node]), t_ns)
 
     def _jam(self, jammer: JammerConfig, number: int, t_ns: int) -> None:
         """Have a jammer's present level, or its end, arrive at every node."""
@@ -65,9 +65,9 @@ class NoiseSources:
             again = partial(self._jam, jammer, number)
             self._field.at(min(t_ns + _STEP_NS, end_ns), OTHER, (_JAMMER, number, 0, 0), again)
 
-    def _hear(self, node: int, number: int, strength: int, _t_ns: int) -> None:
+    def _hear(self, node: int, number: int, strength: int, t_ns: int) -> None:
         self._jammed[node][number] = strength
-        self._set(node)
+        self._set(node, t_ns)
 
 
 def self_noise(config: SelfNoiseConfig, speed_mps: float) -> int:

@@ -14,6 +14,8 @@ class Packet:
 
     Parameters
     ----------
+    names : sequence of str
+        The nodes.
     source : int
         Who sends it.
     seq : int
@@ -34,10 +36,12 @@ class Packet:
 
     __slots__ = (
         "acknowledge",
+        "asked_by",
         "asker",
         "clock_error_ns",
         "destination",
         "key",
+        "name",
         "payload",
         "purpose",
         "seq",
@@ -47,6 +51,7 @@ class Packet:
 
     def __init__(
         self,
+        names: Sequence[str],
         source: int,
         seq: int,
         purpose: Purpose,
@@ -58,6 +63,8 @@ class Packet:
         acknowledge: bool = False,
     ) -> None:
         self.source = source
+        self.name = names[source]
+        self.asked_by = "" if asker is None else names[asker]
         self.seq = seq
         self.purpose = purpose
         self.size = size
@@ -94,7 +101,7 @@ class Draws:
         """Tell a packet from all others of its source."""
         if packet.asker is None:
             return (packet.seq,)
-        return packet.seq, packet.purpose, self._names[packet.asker]
+        return packet.seq, packet.purpose, packet.asked_by
 
     def uniform(self, purpose: str, packet: Packet, node: int | None = None) -> float:
         """Draw from [0, 1)."""
@@ -112,4 +119,4 @@ class Draws:
 
     def _what(self, purpose: str, packet: Packet, node: int | None) -> tuple[object, ...]:
         receiver = () if node is None else (self._names[node],)
-        return (purpose, self._names[packet.source], *self.which(packet), *receiver)
+        return (purpose, packet.name, *self.which(packet), *receiver)

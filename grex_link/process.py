@@ -1,6 +1,7 @@
 """What every GREX process does first and last: signals, one-line errors, exit statuses."""
 
 import ctypes
+import gc
 import os
 import signal
 import sys
@@ -18,6 +19,7 @@ _PR_SET_PDEATHSIG = 1
 def run_process(work: Callable[[], None]) -> NoReturn:
     """Do a process's work and exit with its status; every foreseen failure is one line on standard error."""
     signal.signal(signal.SIGTERM, _interrupt)
+    collect_rarely()
     _die_with_launcher()
     try:
         work()
@@ -32,6 +34,11 @@ def run_process(work: Callable[[], None]) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     sys.exit(0)
+
+
+def collect_rarely() -> None:
+    """Let Python look for cyclic garbage less often: there is next to none, and looking costs a third of the speed."""
+    gc.set_threshold(50_000, 20, 20)
 
 
 def say(line: str) -> None:

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grex_link import draws
-from grex_link.acoustics import Water
+from grex_link.acoustics import Water, transmission_loss
 from grex_link.config import ShadowingConfig
 from grex_link.units import NS
 
@@ -17,26 +18,16 @@ Vector = NDArray[np.float64]
 _EXTRAPOLATED_NS = 10 * NS
 
 
-class Paths:
-    """The paths from one node to all others at one time, in the order of their delays.
+class Paths(NamedTuple):
+    """The paths from one node to all others at one time, in the order of their delays."""
 
-    Attributes
-    ----------
-    receivers : list of int
-    range_m : list of float
-    delay_ns : list of int
-    level_db : list of float
-        Received level, dB re 1 µPa.
-    """
-
-    __slots__ = ("delay_ns", "level_db", "range_m", "receivers")
-
-    def __init__(self, receivers: list[int], range_m: Vector, delay_ns: NDArray[np.int64], level_db: Vector) -> None:
-        order = np.argsort(delay_ns, kind="stable")
-        self.receivers = [receivers[place] for place in order.tolist()]
-        self.range_m: list[float] = range_m[order].tolist()
-        self.delay_ns: list[int] = delay_ns[order].tolist()
-        self.level_db: list[float] = level_db[order].tolist()
+    receivers: list[int]
+    delay_ns: list[int]
+    gap_ns: list[int]
+    """From each receiver's delay to the next one's."""
+    range_m: Vector
+    level_db: Vector
+    """Received level, dB re 1 µPa."""
 
 
 class Propagation:
@@ -52,6 +43,11 @@ class Propagation:
         NED positions to begin with, metres.
     shadowing : Shadowing or None
         Slow change of levels.
+
+    Attributes
+    ----------
+    bad_positions : int
+        Positions that were no numbers.
     """
 
     def __init__(
@@ -68,48 +64,69 @@ class Propagation:
         self._t_ns = 0
         self._placed = False
         self._shadowing = shadowing
-        size = len(self._positions)
-        self._others = [[node for node in range(size) if node != source] for source in range(size)]
+        # What depends on depths only: computed for all pairs at once, when it is first needed after the poses change.
+        self._slowness_ns: Vector | None = None
+        self._prepared: dict[tuple[int, int], Paths] = {}
+        self._absorption_db_per_km: Vector = np.empty(0)
         self.bad_positions = 0
 
     def place(self, t_ns: int, positions_m: Sequence[Sequence[float]]) -> None:
         """Take note of the positions at a time; one that is no number is counted, and that node goes straight on."""
         fresh = np.array(positions_m, dtype=float)
-        here = self._at(t_ns)
-        bad = ~np.isfinite(fresh).all(axis=1)
-        if bad.any():
+        sound = np.isfinite(fresh)
+        if not sound.all():
+            bad = ~sound.all(axis=1)
             self.bad_positions += int(bad.sum())
-            fresh[bad] = here[bad]
+            fresh[bad] = self._at(t_ns)[bad]
         elapsed_s = (t_ns - self._t_ns) / NS
         if self._placed and elapsed_s > 0.0:
             self._velocities = (fresh - self._positions) / elapsed_s
         self._positions, self._t_ns, self._placed = fresh, t_ns, True
+        self._slowness_ns = None
+        self._prepared = {}
 
-    def paths(self, source: int, t_ns: int, extra_db: Sequence[float] | None = None) -> Paths:
-        """Compute the paths from a node at the time at which its sound leaves.
+    def prepare(self, sends: Sequence[tuple[int, int]]) -> None:
+        """Compute at once the paths of several sounds that will leave before the poses change, which costs less.
 
         Parameters
         ----------
-        source : int
-            The node.
-        t_ns : int
-            True time.
-        extra_db : sequence of float or None
-            Added to the levels at the others, in the order of the nodes.
+        sends : sequence of (int, int)
+            Node and time of each.
         """
-        here = self._at(t_ns)
-        others = self._others[source]
-        range_m, delay_ns, loss_db = self._travel(here[source], here[others])
-        level_db = self._source_level_db - loss_db
+        if len(sends) > 1 and self._shadowing is None:
+            self._prepared = dict(zip(sends, self._compute(sends), strict=True))
+
+    def paths(self, source: int, t_ns: int) -> Paths:
+        """Find the paths from a node at the time at which its sound leaves."""
+        prepared = self._prepared.pop((source, t_ns), None)
+        return self._compute([(source, t_ns)])[0] if prepared is None else prepared
+
+    def _compute(self, sends: Sequence[tuple[int, int]]) -> list[Paths]:
+        slowness_ns = self._slowness_ns if self._slowness_ns is not None else self._look_at_depths()
+        sources = np.array([source for source, _ in sends])
+        rows = np.arange(len(sends))
+        here = np.array([self._at(t_ns) for _, t_ns in sends])
+        path = here - here[rows, sources][:, None]
+        north, east, down = path[..., 0], path[..., 1], path[..., 2]
+        range_m = np.sqrt(north * north + east * east + down * down)
+        delay_ns = np.rint(range_m * slowness_ns[sources]).astype(np.int64)
+        delay_ns[rows, sources] = -1  # the source itself comes first, and is left out
+        order = delay_ns.argsort(axis=1, kind="stable")[:, 1:]
+        delay_ns, range_m = (np.take_along_axis(values, order, 1) for values in (delay_ns, range_m))
+        absorption_db_per_km = np.take_along_axis(self._absorption_db_per_km[sources], order, 1)
+        level_db = self._source_level_db - transmission_loss(range_m, self._water.spreading, absorption_db_per_km)
         if self._shadowing is not None:
-            level_db = level_db + self._shadowing.gains(t_ns)[source][others]
-        if extra_db is not None:
-            level_db = level_db + np.asarray(extra_db)
-        return Paths(others, range_m, delay_ns, level_db)
+            gains_db = np.array([self._shadowing.gains(t_ns)[source] for source, t_ns in sends])
+            level_db += np.take_along_axis(gains_db, order, 1)
+        columns = order.tolist(), delay_ns.tolist(), np.diff(delay_ns).tolist(), range_m, level_db
+        return [Paths(*row) for row in zip(*columns, strict=True)]
 
     def from_point(self, point_m: Sequence[float], t_ns: int) -> tuple[list[int], list[float]]:
         """Delay in nanoseconds and loss in dB from a point to every node."""
-        _, delay_ns, loss_db = self._travel(np.array(point_m, dtype=float), self._at(t_ns))
+        here, point = self._at(t_ns), np.array(point_m, dtype=float)
+        range_m = np.sqrt(((here - point) ** 2).sum(axis=1))
+        delay_ns = np.rint(self._water.delay_s(range_m, point[2], here[:, 2]) * NS).astype(np.int64)
+        loss_db: Vector = self._water.loss_db(range_m, 0.5 * (point[2] + here[:, 2]))
         return delay_ns.tolist(), loss_db.tolist()
 
     def closing_mps(self, source: int, receiver: int, t_ns: int) -> float:
@@ -119,10 +136,14 @@ class Propagation:
         length = math.sqrt(float(path @ path))
         return float((self._velocities[receiver] - self._velocities[source]) @ path) / length if length > 0.0 else 0.0
 
-    def _travel(self, start: Vector, ends: Vector) -> tuple[Vector, NDArray[np.int64], Vector]:
-        range_m = np.sqrt(((ends - start) ** 2).sum(axis=1))
-        delay_ns = np.rint(self._water.delay_s(range_m, start[2], ends[:, 2]) * NS).astype(np.int64)
-        return range_m, delay_ns, self._water.loss_db(range_m, 0.5 * (start[2] + ends[:, 2]))
+    def _look_at_depths(self) -> Vector:
+        depth_m = self._positions[:, 2]
+        pairs = depth_m[:, None], depth_m[None, :]
+        ones = np.ones((len(depth_m), len(depth_m)))
+        self._slowness_ns = slowness_ns = self._water.delay_s(ones, *pairs) * NS
+        mean_m = 0.5 * (pairs[0] + pairs[1])
+        self._absorption_db_per_km = np.broadcast_to(self._water.absorption_db_per_km(mean_m), ones.shape)
+        return slowness_ns
 
     def _at(self, t_ns: int) -> Vector:
         ahead_ns = min(t_ns - self._t_ns, _EXTRAPOLATED_NS)

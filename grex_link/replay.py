@@ -19,7 +19,7 @@ from grex_link.acoustics import Water
 from grex_link.config import Config, Finite, FixedNoise, Positive, WaterConfig, WenzNoise
 from grex_link.errors import ConfigError
 from grex_link.propagation import Paths, Propagation
-from grex_link.sound_field import SEND, Sound, SoundField, power, ratio_db
+from grex_link.sound_field import SEND, Sound, SoundField, power, sinr_db
 from grex_link.units import NS
 
 COLUMNS = (
@@ -121,7 +121,8 @@ def load_schedule(path: Path, config: ReplayConfig) -> list[Transmission]:
             reader = csv.DictReader(file, skipinitialspace=True)
             missing = [name for name in SCHEDULE_COLUMNS if name not in (reader.fieldnames or ())]
             if missing:
-                raise ConfigError(f"{path} line 1", f"column {missing[0]} is missing; needed are time_s, source, payload_bytes")
+                needed = ", ".join(SCHEDULE_COLUMNS)
+                raise ConfigError(f"{path} line 1", f"column {missing[0]} is missing; needed are {needed}")
             return [_transmission(f"{path} line {reader.line_num}", row, places) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) else error
@@ -173,8 +174,7 @@ class Replay:
         positions = [node.position_ned_m for node in config.node]
         self._propagation = Propagation(self._water, modem.source_level_db, positions)
         self._noise = power(self._water.noise_db)
-        acquisition = 10.0 ** (medium.acquisition_sinr_db / 10.0)
-        self._field = SoundField(len(config.node), self._noise, acquisition, self)
+        self._field = SoundField(len(config.node), self._noise, medium.acquisition_sinr_db, self)
         #: For each transmission and receiver.
         self._outcomes: dict[tuple[int, int], Outcome] = {}
         self._paths: list[Paths] = [self._propagation.paths(node, 0) for node in range(len(config.node))]
@@ -209,24 +209,23 @@ class Replay:
                 self._outcomes[number, node] = Outcome("not_sent_busy", "busy", alone_db, 1.0)
             return
         airtime_ns = round(8.0 * row.payload_bytes / self._config.modem.bit_rate_bps * NS)
-        sound = Sound((row.source, number, 0, 0), t_ns, airtime_ns, paths.receivers, paths.delay_ns, paths.range_m,
-                      paths.level_db, float("inf"), number)  # fmt: skip
+        sound = Sound((row.source, number, 0, 0), t_ns, airtime_ns, paths, None, number)
         self._field.send(row.source, sound, 0)
 
     def missed(self, t_ns: int, sound: Sound, index: int, reason: str, others: int) -> None:
         """See `Listener`."""
         del t_ns
-        sinr_db = ratio_db(sound.power[index], others)
-        self._outcomes[sound.content, sound.receivers[index]] = Outcome("missed", reason, sinr_db, 1.0)
+        outcome = Outcome("missed", reason, sinr_db(sound, index, others), 1.0)
+        self._outcomes[sound.content, sound.receivers[index]] = outcome
 
     def decide(self, t_ns: int, sound: Sound, index: int, others: int) -> None:
         """See `Listener`."""
         del t_ns
-        sinr_db = ratio_db(sound.power[index], others)
-        outcome = Outcome("ok", "", sinr_db, 0.0)
-        if sinr_db < self._survival_db:
-            alone = ratio_db(sound.power[index], self._noise) < self._survival_db
-            outcome = Outcome("error", "lost_noise" if alone else "lost_collision", sinr_db, 1.0)
+        lowest_db = sinr_db(sound, index, others)
+        outcome = Outcome("ok", "", lowest_db, 0.0)
+        if lowest_db < self._survival_db:
+            alone = sinr_db(sound, index, self._noise) < self._survival_db
+            outcome = Outcome("error", "lost_noise" if alone else "lost_collision", lowest_db, 1.0)
         self._outcomes[sound.content, sound.receivers[index]] = outcome
 
 

@@ -171,11 +171,62 @@ def bench(as_json: AsJson = False) -> None:  # noqa: FBT002
     print(run_bench(as_json=as_json))  # noqa: T201
 
 
+def medium(
+    schedule: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="SCHEDULE.csv")],
+    config: Annotated[Path, tyro.conf.arg(metavar="LINK.toml")],
+    out: Annotated[Path, tyro.conf.arg(metavar="OUTCOMES.csv")],
+) -> None:
+    """Replay a list of transmissions through the acoustic medium alone: one row per transmission and receiver.
+
+    Parameters
+    ----------
+    schedule
+        Columns time_s, source, payload_bytes.
+    config
+        Water, modem and nodes; README.md shows one.
+    out
+        Where the outcomes go.
+    """
+    from grex_link.replay import replay
+
+    counts = replay(schedule, config, out)
+    print(", ".join(f"{count} {outcome}" for outcome, count in counts.items()) + f"; written to {out}")  # noqa: T201
+
+
+def modems(
+    name: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="NAME")] = None,
+    payload: Annotated[int, tyro.conf.arg(metavar="BYTES")] = 15,
+    range_m: Annotated[float, tyro.conf.arg(name="range", metavar="M")] = 500.0,
+    craft: Annotated[int, tyro.conf.arg(metavar="N")] = 3,
+    as_json: AsJson = False,  # noqa: FBT002
+) -> None:
+    """List the modems there are, with airtime and age of information; or say all about one of them.
+
+    Parameters
+    ----------
+    name
+        A modem of the list, or the path of your own profile.toml.
+    payload
+        Length of a message.
+    range_m
+        Distance of the craft that are farthest apart.
+    craft
+        Size of the team.
+    as_json
+        Print JSON instead of text.
+    """
+    from grex_sim.modem_text import Use, show
+
+    print(show(name, Use(payload, range_m, craft), json=as_json))  # noqa: T201
+
+
 COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
     "table1": table1,
     "bench": bench,
+    "medium": medium,
+    "modems": modems,
     "example": example,
     "agent": agent,
     "link": link,
