@@ -28,9 +28,14 @@ class BurstChannel:
         self._who = ("burst", source, destination)
         self._seed = seed
         self._share_bad = bad_share(config)
-        self._leave_bad = min(1.0, config.step_s / config.mean_length_s)
         good = 1.0 - self._share_bad
-        self._leave_good = min(1.0, self._leave_bad * self._share_bad / good) if good > 0.0 else 1.0
+        self._leave_bad = min(1.0, config.step_s / config.mean_length_s)
+        if self._leave_bad * self._share_bad < good:
+            self._leave_good = self._leave_bad * self._share_bad / good
+        else:
+            # So much loss cannot come in bursts so short: the loss holds, and the bursts are longer.
+            self._leave_good = 1.0
+            self._leave_bad = max(0.0, good / self._share_bad)
         self._bad = draws.uniform(seed, *self._who, "start") < self._share_bad
         self._stays = 0
         self._until_step = self._stay()
