@@ -17,7 +17,7 @@ Decibel = Annotated[float, Meta(ge=-300.0, le=300.0)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0.0, le=1e9)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
-Points = Annotated[tuple[float, ...], Meta(min_length=1, max_length=100)]
+Points = Annotated[tuple[Annotated[float, Meta(ge=-1e9, le=1e9)], ...], Meta(min_length=1, max_length=100)]
 Shares = Annotated[tuple[Share, ...], Meta(min_length=1, max_length=100)]
 
 
@@ -166,8 +166,8 @@ class ModemProfile(Data, frozen=True, kw_only=True):
         elif any(value is None for value in acoustic):
             raise ValueError("frequency_hz, bandwidth_hz, source_level_db and reception are needed")
         for name in self.assumed:
-            if name.partition(".")[0] not in self.__struct_fields__:
-                raise ValueError(f"assumed names {name!r}, which is no field")
+            if not _has(self, name):
+                raise ValueError(f"assumed names {name!r}, which is no field of this profile")
 
     @property
     def bits_max(self) -> int:
@@ -225,7 +225,15 @@ def load_profile(name: str) -> ModemProfile:
     except OSError as error:
         raise ConfigError("$.link.profile", f"cannot read {name}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, msgspec.ValidationError, UnicodeDecodeError) as error:
-        raise ConfigError("$.link.profile", f"{name} is no modem profile: {error}") from None
+        problem = " ".join(str(error).split())
+        raise ConfigError("$.link.profile", f"{name} is no modem profile: {problem}") from None
+
+
+def _has(table: object, dotted: str) -> bool:
+    """Whether a table has a field that is given, with the name of the table in it before a dot."""
+    field, _, rest = dotted.partition(".")
+    value = getattr(table, field, None) if field in getattr(table, "__struct_fields__", ()) else None
+    return value is not None and (not rest or _has(value, rest))
 
 
 def _check_table(name: str, places: Points, other: str, values: Shares) -> None:

@@ -194,7 +194,7 @@ def medium(
 
 
 def modems(
-    name: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="NAME")] = None,
+    name: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[NAME]")] = None,
     payload: Annotated[int, tyro.conf.arg(metavar="BYTES")] = 15,
     range_m: Annotated[float, tyro.conf.arg(name="range", metavar="M")] = 500.0,
     craft: Annotated[int, tyro.conf.arg(metavar="N")] = 3,
@@ -215,7 +215,8 @@ def modems(
     as_json
         Print JSON instead of text.
     """
-    from grex_sim.modem_text import Use, show
+    from grex_sim.modem_figures import Use
+    from grex_sim.modem_text import show
 
     print(show(name, Use(payload, range_m, craft), json=as_json))  # noqa: T201
 
