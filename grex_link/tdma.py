@@ -65,9 +65,10 @@ def guard_s(
     jitter_s: float = 0.01,
     sound_speed_mps: float = 1450.0,
 ) -> float:
-    """Silence a slot must end with: R/c + 2ε + turnaround + jitter.
+    """Silence a slot must end with: R/c + 2ε + turnaround + jitter (acoustic-link, section 8).
 
-    The modem's transmit latency is no part of it: it is the same for all, and delays every slot alike.
+    The turnaround is what a modem needs from the end of what it hears until it can speak itself: decoding, and switching
+    over. Its transmit latency is no part of it: that is the same for all, and delays every slot alike.
 
     Parameters
     ----------
@@ -89,7 +90,8 @@ def guard_s(
     """
     if profile.one_speaker_at_a_time:
         return 0.0
-    return range_max_m / sound_speed_mps + 2.0 * clock_error_s + profile.turnaround_s + jitter_s
+    turnaround_s = profile.decode_latency_s + profile.turnaround_s
+    return range_max_m / sound_speed_mps + 2.0 * clock_error_s + turnaround_s + jitter_s
 
 
 def slowest_sound_mps(water: WaterConfig) -> float:

@@ -7,15 +7,15 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from slot_water import SlotWater
 
 from grex_link.config import SlotConfig, Tdma
 from grex_link.errors import ConfigError
 from grex_link.messages import Received, Transmit
 from grex_link.profile import ModemProfile, load_profile
 from grex_link.slot_medium import SlotMedium
-from grex_link.tdma import Schedule, plan_schedule
+from grex_link.tdma import Schedule, SlotNeeds, plan_schedule
 from grex_link.units import NS
-from slot_water import SlotWater
 
 TEAM = ["auv1", "auv2", "auv3"]
 FOREVER = 10**18
@@ -137,7 +137,7 @@ def schedules(draw) -> Schedule:
         slots.append(SlotConfig(TEAM[place], start_ms / 1000, length_ms / 1000))
     order = draw(st.permutations(slots))
     cycle_s = draw(st.none() | st.integers(1, 9_999).map(lambda more_ms: (end_ms + more_ms) / 1000))
-    return plan_schedule(Tdma(slots=tuple(order), cycle_s=cycle_s), TEAM, PAPER)
+    return plan_schedule(Tdma(slots=tuple(order), cycle_s=cycle_s), TEAM, SlotNeeds(PAPER, 15))
 
 
 #: (start, length beyond a message, place in the team), times in milliseconds; most of these overlap.
@@ -156,10 +156,10 @@ def test_overlap_is_found(slots) -> None:
     configs = tuple(SlotConfig(TEAM[place], ms / 1000, (10_000 + more_ms) / 1000) for ms, more_ms, place in slots)
     link = Tdma(slots=configs)
     if apart(owned_ms(slots)):
-        assert len(plan_schedule(link, TEAM, PAPER).slots) == len(slots)
+        assert len(plan_schedule(link, TEAM, SlotNeeds(PAPER, 15)).slots) == len(slots)
     else:
         with pytest.raises(ConfigError, match=r"^\$\.link\.mac\.slots\[\d\]\.start_s: .* overlaps "):
-            plan_schedule(link, TEAM, PAPER)
+            plan_schedule(link, TEAM, SlotNeeds(PAPER, 15))
 
 
 @given(schedules())
