@@ -274,9 +274,20 @@ class SourceLedger(Message, frozen=True):
 
     craft: str
     started: int
+    """Under water, all purposes."""
     refused: dict[str, int]
+    """Requests, by reason."""
     airtime_s: float
+    """Under water, as are the bytes."""
     bytes_sent: int
+    purposes: dict[str, int]
+    """Of those started: data, ping, answer, ack."""
+    by_land: int
+    """Over cable or radio, counted for each craft they go to."""
+    land_requests: int
+    """Requests that these were."""
+    oldest_on_the_way_s: float
+    """Age of the oldest transmission that has not had its outcome everywhere; 0 if there is none."""
 
 
 class PathLedger(Message, frozen=True):
@@ -290,12 +301,15 @@ class PathLedger(Message, frozen=True):
     """By reason, see `LinkEvent`."""
     on_the_way: int
     latency_counts: list[int]
-    """Deliveries by latency, see `grex_link.ledger` for the bins."""
+    """Deliveries by latency; the edges of the bins are `grex_link.ledger.EDGES_S`."""
     latency_mean_s: float
+    """From the start of the transmission until the payload is out; -1 as long as nothing has been delivered."""
     age_seconds: list[float]
-    """Seconds of the mission by age of information, same bins."""
+    """Seconds of the mission by age of information, same bins; from the first delivery on."""
     age_mean_s: float
-    """Mean age of information; -1 as long as nothing has been delivered."""
+    """Mean age of information, the time since the newest datagram that has arrived was sent; -1 before there is one."""
+    sent: int
+    """Transmissions of the source that have their outcome here or will have."""
 
 
 class LinkLedger(Message, frozen=True):
