@@ -14,6 +14,8 @@ from grex_link.units import NS
 
 Vector = NDArray[np.float64]
 
+#: Farther from the datum is nobody.
+_FARTHEST_M = 1e7
 #: Poses are carried on with the last velocity for this long at most; older ones stand still.
 _EXTRAPOLATED_NS = 10 * NS
 
@@ -71,9 +73,12 @@ class Propagation:
         self.bad_positions = 0
 
     def place(self, t_ns: int, positions_m: Sequence[Sequence[float]]) -> None:
-        """Take note of the positions at a time; one that is no number is counted, and that node goes straight on."""
+        """Take note of the positions at a time.
+
+        One that is no number, or out of this world, is counted, and that node goes straight on.
+        """
         fresh = np.array(positions_m, dtype=float)
-        sound = np.isfinite(fresh)
+        sound = np.abs(fresh) <= _FARTHEST_M  # no number is
         if not sound.all():
             bad = ~sound.all(axis=1)
             self.bad_positions += int(bad.sum())

@@ -197,7 +197,7 @@ class Replay:
                 yield (
                     row.time_s, names[row.source], names[node], outcome.outcome, outcome.reason,
                     f"{paths.range_m[index]:.6f}", f"{paths.delay_ns[index] / NS:.9f}",
-                    f"{paths.level_db[index]:.6f}", f"{outcome.sinr_db:.6f}", f"{outcome.per:g}",
+                    f"{paths.level_db[index]:z.6f}", f"{outcome.sinr_db:z.6f}", f"{outcome.per:g}",
                 )  # fmt: skip
 
     def _send(self, number: int, t_ns: int) -> None:

@@ -12,6 +12,7 @@ from grex_link.medium import Due
 from grex_link.messages import (
     Happening,
     LinkEvent,
+    ModemStatus,
     RangeRequest,
     RangeResult,
     Received,
@@ -21,6 +22,7 @@ from grex_link.messages import (
     TxEvent,
 )
 from grex_link.profile import ModemProfile
+from grex_link.units import NS
 
 
 class SlotMedium:
@@ -42,22 +44,29 @@ class SlotMedium:
         self._busy_until_ns = 0
         self._now_ns = 0
         self._order = count()
-        self._requests: list[tuple[int, int, int, Request]] = []
+        self._requests: list[tuple[int, int, int, int, Request]] = []
         self._events: list[tuple[int, int, int, int, Due]] = []
         self._log: list[tuple[int, int, int, LinkEvent]] = []
         self.lookahead_ns = profile.airtime_ns(0)
+        self._outages: dict[str, list[tuple[int, int]]] = {craft: [] for craft in self._team}
+        for outage in scenario.link.outages:
+            start_ns, end_ns = round(outage.start_s * NS), round(outage.end_s * NS)
+            self._outages[outage.craft].append((start_ns, end_ns))
+            self._announce(start_ns, outage.craft, outage.craft, ModemStatus("off"))
+            self._announce(end_ns, outage.craft, outage.craft, ModemStatus("rebooted"))
 
     def place(self, truth: Truth) -> None:
         """Nothing depends on the poses here."""
 
     def request(self, source: str, request: Request, start_ns: int) -> None:
         """Accept a request."""
-        heapq.heappush(self._requests, (max(start_ns, self._now_ns), self._places[source], request.seq, request))
+        begin_ns = max(start_ns, self._now_ns)
+        heapq.heappush(self._requests, (begin_ns, self._places[source], request.seq, next(self._order), request))
 
     def advance(self, until_ns: int) -> None:
         """Put what begins before a time on the air, or refuse it."""
         while self._requests and self._requests[0][0] < until_ns:
-            start_ns, place, _, request = heapq.heappop(self._requests)
+            start_ns, place, _, _, request = heapq.heappop(self._requests)
             self._begin(self._team[place], request, start_ns)
         self._now_ns = max(self._now_ns, until_ns)
 
@@ -86,35 +95,44 @@ class SlotMedium:
         if isinstance(request, RangeRequest):
             silent = RangeResult(request.seq, request.destination, None)
             self._announce(start_ns + self.lookahead_ns, source, source, silent)
-            self._refuse(source, request, start_ns, 0, "size")
+            self._announce(start_ns + self.lookahead_ns, source, source, TxEvent(request.seq, "FAILED", "error"))
+            self._refuse(source, request, start_ns, 0, "error")
             return
         size = len(request.payload)
         end_ns = start_ns + self._profile.airtime_ns(size)
-        refusal = self._refusal(request, start_ns)
+        refusal = self._refusal(source, request, start_ns)
         if refusal:
             self._announce(end_ns, source, source, TxEvent(request.seq, "FAILED", refusal))
             self._refuse(source, request, start_ns, size, refusal)
             return
         self._note(LinkEvent(start_ns, "started", source, request.seq, "", size, lasting_ns=end_ns - start_ns))
-        self._announce(end_ns, source, source, TxEvent(request.seq, "SENT"))
+        cut = self._off(source, start_ns, end_ns)
+        status = TxEvent(request.seq, "FAILED", "off") if cut else TxEvent(request.seq, "SENT")
+        self._announce(end_ns, source, source, status)
         self._busy_until_ns = end_ns
         for receiver in self._team:
             if receiver != source:
-                self._arrive(end_ns, source, receiver, request, end_ns - start_ns)
+                self._arrive(end_ns, source, receiver, request, end_ns - start_ns, cut=cut)
 
-    def _refusal(self, request: Transmit, start_ns: int) -> str:
+    def _refusal(self, source: str, request: Transmit, start_ns: int) -> str:
+        if self._off(source, start_ns, start_ns + 1):
+            return "off"
         if len(request.payload) > self._profile.payload_max_bytes:
             return "size"
-        if request.destination and request.destination not in self._places:
+        if request.destination == source or (request.destination and request.destination not in self._places):
             return "address"
+        if request.acknowledge:
+            return "error"
         return "busy" if start_ns < self._busy_until_ns else ""
 
     def _refuse(self, source: str, request: Request, start_ns: int, size: int, reason: str) -> None:
         self._note(LinkEvent(start_ns, "refused", source, request.seq, "", size, reason))
 
-    def _arrive(self, t_ns: int, source: str, receiver: str, request: Transmit, lasting_ns: int) -> None:
+    def _arrive(self, t_ns: int, source: str, receiver: str, request: Transmit, lasting_ns: int, *, cut: bool) -> None:
         size = len(request.payload)
-        reason = self._loss.reason(source, receiver, t_ns, request.seq)
+        reason = "lost_cut" if cut else self._loss.reason(source, receiver, t_ns, request.seq)
+        if self._off(receiver, t_ns - lasting_ns, t_ns):
+            reason = "missed_off"
         if reason:
             self._note(LinkEvent(t_ns, "lost", source, request.seq, receiver, size, reason))
         elif request.destination not in {"", receiver}:
@@ -122,6 +140,10 @@ class SlotMedium:
         else:
             self._note(LinkEvent(t_ns, "delivered", source, request.seq, receiver, size, lasting_ns=lasting_ns))
             self._announce(t_ns, receiver, source, Received(source, request.payload, request.destination))
+
+    def _off(self, craft: str, from_ns: int, before_ns: int) -> bool:
+        """Whether a craft's modem is off at any time of an interval."""
+        return any(start_ns < before_ns and from_ns < end_ns for start_ns, end_ns in self._outages[craft])
 
     def _announce(self, t_ns: int, craft: str, source: str, event: Happening) -> None:
         order = (t_ns, self._places[craft], self._places[source], next(self._order))

@@ -1,4 +1,4 @@
-"""The paper's channel for tests: requests begin at their own time, and whatever is asked for has been worked through."""
+"""The paper's channel for tests: requests begin at their own time; what is asked for has been worked through."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from grex_link.profile import ModemProfile, load_profile
 from grex_link.slot_medium import SlotMedium
 
 
-def team_scenario(team: Sequence[str], link: LinkConfig = LinkConfig(), seed: int = 1) -> Scenario:
+def team_scenario(team: Sequence[str], link: LinkConfig, seed: int = 1) -> Scenario:
     """Build a scenario of which only team, link and seed matter."""
     mission = Tracks(craft={craft: TrackList((0.0, 0.0, 0.0), ()) for craft in team})
     return Scenario(seed=seed, mission=mission, link=link, craft={craft: CraftConfig() for craft in team})
