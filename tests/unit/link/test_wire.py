@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from grex_link.errors import WireError
-from grex_link.wire import NAVIGATION_VALID, TeamState, pack, unpack
+from grex_link.wire import BITS, BYTES, FORMS, NAVIGATION_VALID, TEAM_STATE_BYTES, TeamState, choose_form, pack, unpack
 
 STATE = TeamState(
     source=3,
@@ -168,10 +168,10 @@ def test_sigma_is_never_optimistic(sigma_m: float) -> None:
     assert sigma_m * (1 - 1e-9) <= told <= sigma_m * math.sqrt(2) * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("size", [0, 1, 14, 16, 32])
+@pytest.mark.parametrize("size", [0, 1, 4, 6, 7, 9, 14, 16, 32])
 def test_wrong_length(size: int) -> None:
-    """Anything but 15 bytes is refused, with both lengths."""
-    with pytest.raises(WireError, match=f"15 bytes, not {size}$"):
+    """Anything but 15, 8 or 5 bytes is refused, with all the lengths."""
+    with pytest.raises(WireError, match=f"15, 8 or 5 bytes, not {size}$"):
         unpack(b"\x13" * size, now_s=12.0)
 
 
@@ -181,3 +181,135 @@ def test_wrong_type(kind: int) -> None:
     payload = bytes([kind << 4 | 3]) + pack(STATE)[1:]
     with pytest.raises(WireError, match=f"type {kind} "):
         unpack(payload, now_s=12.0)
+
+
+# -- short and tiny ----------------------------------------------------------------------------------------------
+
+#: Bits and values of STATE in the short form, by hand: time in steps of 0.5 s, places in steps of 1 m.
+SHORT_FIELDS = [(4, 3), (12, 200), (14, 12), (14, 2**14 - 25), (8, 5), (12, 819)]
+TINY_FIELDS = [(4, 3), (10, 200), (8, 5), (12, 819), (6, 0)]
+
+
+def side_by_side(fields: list[tuple[int, int]]) -> bytes:
+    whole = 0
+    for bits, value in fields:
+        whole = whole << bits | value
+    return whole.to_bytes(sum(bits for bits, _ in fields) // 8, "big")
+
+
+def test_short_layout() -> None:
+    """The short form's fields lie side by side in exactly 8 bytes."""
+    assert pack(STATE, "short") == side_by_side(SHORT_FIELDS)
+    assert pack(STATE, "short").hex() == "30c80033fe705333"
+
+
+def test_tiny_layout() -> None:
+    """The tiny form's 34 bits lie side by side, and 6 zeros fill them up to 5 bytes."""
+    assert pack(STATE, "tiny") == side_by_side(TINY_FIELDS)
+    assert pack(STATE, "tiny").hex() == "332014ccc0"
+
+
+def test_sizes() -> None:
+    """Forms have 120, 64 and 34 bits, in as many bytes as hold them."""
+    assert BITS == {"full": 120, "short": 64, "tiny": 34}
+    assert {form: len(pack(STATE, form)) for form in FORMS} == BYTES == {form: -(-BITS[form] // 8) for form in FORMS}
+    assert TEAM_STATE_BYTES == 15
+
+
+def test_form_is_known_by_length() -> None:
+    """What is read says which form it came in; the full form is what nobody has to ask for."""
+    assert [unpack(pack(STATE, form), 100.0).form for form in FORMS] == list(FORMS)
+    assert pack(STATE) == pack(STATE, "full")
+
+
+@pytest.mark.parametrize(
+    ("form", "not_told"),
+    [
+        ("full", set()),
+        ("short", {"depth_m", "speed_mps", "heading_rad", "sigma_m"}),
+        ("tiny", {"north_m", "east_m", "depth_m", "speed_mps", "heading_rad", "sigma_m"}),
+    ],
+)
+def test_what_a_form_does_not_tell(form, not_told: set[str]) -> None:
+    """What a form does not carry is NaN, never a number that could be taken for one; all else is there."""
+    read = unpack(pack(STATE, form), 100.0)
+    numbers = {name: getattr(read, name) for name in STATE.__struct_fields__ if name != "form"}
+    assert {name for name, value in numbers.items() if math.isnan(value)} == not_told
+    assert (read.source, read.t_s, read.track, read.flags) == (3, 100.0, 5, NAVIGATION_VALID)
+    assert read.theta == pytest.approx(819 / 4095)
+
+
+def test_short_position() -> None:
+    """The short form tells places to the nearest metre."""
+    read = unpack(pack(but(north_m=-8191.4, east_m=100.6), "short"), 100.0)
+    assert (read.north_m, read.east_m) == (-8191.0, 101.0)
+
+
+@pytest.mark.parametrize("metres", [8191.5, -8191.5, math.nan, math.inf])
+def test_outside_the_frame_of_the_short_form(metres: float) -> None:
+    """What does not fit into the short form's frame is refused; the tiny form tells no place and does not mind."""
+    with pytest.raises(WireError, match=r"^east .* outside the mission frame"):
+        pack(but(east_m=metres), "short")
+    assert len(pack(but(east_m=metres), "tiny")) == 5
+
+
+@pytest.mark.parametrize(("form", "half_s"), [("short", 1024.0), ("tiny", 256.0)])
+@pytest.mark.parametrize("t_s", [0.0, 511.5, 512.0, 2047.5, 2048.0, 1e6])
+def test_short_times_are_unwrapped(form, half_s: float, t_s: float) -> None:
+    """Of the times that fit, that nearest to the receiver's clock is read, up to half the range away."""
+    for age_s in (-half_s / 2, 0.0, 30.0, half_s - 1.0):
+        assert unpack(pack(but(t_s=t_s), form), t_s + age_s).t_s == pytest.approx(t_s, abs=0.2501)
+    assert unpack(pack(but(t_s=t_s), form), t_s + half_s + 1.0).t_s == pytest.approx(t_s + 2 * half_s, abs=0.2501)
+
+
+@pytest.mark.parametrize("bit", range(6))
+def test_padding_of_the_tiny_form(bit: int) -> None:
+    """5 bytes whose last 6 bits are not zero are no tiny state."""
+    payload = bytearray(pack(STATE, "tiny"))
+    payload[-1] |= 1 << bit
+    with pytest.raises(WireError, match="6 zeros, not"):
+        unpack(bytes(payload), 100.0)
+
+
+@pytest.mark.parametrize("form", ["short", "tiny"])
+def test_invalid_navigation_needs_flags(form) -> None:
+    """A form without flags does not tell a state whose navigation is not valid: it would be read as valid."""
+    with pytest.raises(WireError, match=f"{form} .* not valid"):
+        pack(but(flags=0), form)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    "fault", [{"track": 256}, {"track": -1}, {"t_s": math.nan}, {"theta": math.inf}, {"t_s": math.inf}]
+)
+def test_no_form_tells_nonsense(form, fault) -> None:
+    """A track that does not fit, and a time or Θ that is no number, are refused in every form."""
+    with pytest.raises(WireError):
+        pack(but(**fault), form)
+
+
+@pytest.mark.parametrize(
+    ("bits_max", "wanted", "form"),
+    [
+        (120, "auto", "full"), (64, "auto", "short"), (63, "auto", "tiny"), (34, "auto", "tiny"),
+        (119, "auto", "short"), (512, "tiny", "tiny"), (512, "short", "short"), (120, "full", "full"),
+    ],
+)  # fmt: skip
+def test_choose_form(bits_max: int, wanted: str, form: str) -> None:
+    """The fullest form that the modem carries is chosen, unless another is wanted."""
+    assert choose_form(bits_max, wanted) == form
+
+
+@pytest.mark.parametrize(
+    ("bits_max", "wanted", "said"),
+    [
+        (33, "auto", "tiny team state has 34 bits and the modem carries 33"),
+        (64, "full", "full team state has 120 bits"),
+        (34, "short", "short team state has 64 bits"),
+        (512, "huge", "there is no form 'huge'"),
+    ],
+)
+def test_no_form_fits(bits_max: int, wanted: str, said: str) -> None:
+    """A form that does not fit is refused with both numbers, one that is not there with those that are."""
+    with pytest.raises(WireError, match=said):
+        choose_form(bits_max, wanted)
