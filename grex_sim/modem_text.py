@@ -12,6 +12,7 @@ from grex_sim.modem_figures import BASES, Figures, Use, base_of, figures
 
 _WIDTH = 110
 _NOTHING = "–"
+_MANY = 1e5
 _UNITS = {"_s": "s", "_m": "m", "_hz": "Hz", "_db": "dB", "_bytes": "bytes", "_bits": "bits", "_byte_s": "s a byte"}
 _LEGEND = {
     "guard": "for this range, and the clock error and jitter of a scenario without changes",
@@ -51,7 +52,8 @@ def modem_text(name: str, use: Use) -> str:
     profile = load_profile(name)
     return "\n".join([
         f"{name}: {profile.title}", "", *_uses(figures(name, profile, use), use),
-        "", "Profile", *profile_lines(profile), "", "Sources", *(f"  {source}" for source in profile.sources),
+        "", "Profile", *profile_lines(profile),
+        "", "Sources", *(line for source in profile.sources for line in _wrapped("  ", source)),
     ])  # fmt: skip
 
 
@@ -164,13 +166,18 @@ def _flat(path: str, table: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _entry(label: str, text: str, width: int = 28) -> list[str]:
+    return _wrapped(f"  {label:<{width}}  ", text)
+
+
+def _wrapped(label: str, text: str) -> list[str]:
     """Lay out a label and its text, wrapped under itself."""
-    first = f"  {label:<{width}}  "
-    return textwrap.wrap(text, _WIDTH, initial_indent=first, subsequent_indent=" " * len(first), break_on_hyphens=False)
+    return textwrap.wrap(text, _WIDTH, initial_indent=label, subsequent_indent=" " * len(label), break_on_hyphens=False)
 
 
 def _number(value: float | None, digits: int) -> str:
-    return _NOTHING if value is None else f"{value:.{digits}f}"
+    if value is None:
+        return _NOTHING
+    return f"{value:.{digits}f}" if abs(value) < _MANY else f"{value:.1e}"
 
 
 def _plain(value: Any) -> str:
