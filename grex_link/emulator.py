@@ -1,5 +1,6 @@
 """The link process's node: feeds the medium with requests and poses, hands out what comes of them."""
 
+from collections import deque
 from typing import Any
 
 from grex_link import log
@@ -7,8 +8,9 @@ from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.craft_clock import TeamClocks
 from grex_link.errors import FaultError, GrexError
+from grex_link.ledger import Ledger
 from grex_link.medium import Due, make_medium
-from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Request, Step, Truth
+from grex_link.messages import Advance, Clock, LinkEvent, LinkReport, ModemEvent, Presence, Request, Step, Truth
 from grex_link.node import Outlet
 from grex_link.units import NS, tick_ns
 
@@ -18,7 +20,8 @@ class Emulator:
 
     In lockstep it works through complete ticks as the hub hands them over: it waits until it has every transmission
     that was counted, sorts them, and reports which modem events have become final. At the live paces it takes requests
-    as they come and hands out events when their time has come.
+    as they come and hands out events when their time has come. At every pace it publishes the ledger of the water every
+    ``link.ledger_s`` of mission time, but not oftener than every tick, and at the end.
 
     Parameters
     ----------
@@ -42,6 +45,13 @@ class Emulator:
         self._sent = dict.fromkeys(self._team, 0)
         self._clock: WallClock | None = None
 
+        self._ledger = Ledger(self._team)
+        self._lines: deque[LinkEvent] = deque()
+        """Reported, and not yet in the ledger."""
+        self._final_ns = 0
+        self._ledger_step_ns = max(self._tick_ns, round(scenario.link.ledger_s * NS))
+        self._ledger_ns = 0
+        """Time of the newest ledger."""
     def handle(self, topic: str, craft: str, message: Any) -> None:
         """Take one message from the bus."""
         if topic == "modem_tx":
@@ -52,6 +62,8 @@ class Emulator:
             if not self._config.lockstep:
                 self._place(message)
         elif topic == "clock":
+                if message.t_ns >= self._ledger_ns + self._ledger_step_ns:
+                    self.on_deadline()
             self._on_clock(message)
         elif topic == "presence":
             self._on_presence(message)
@@ -138,6 +150,17 @@ class Emulator:
         t_ns, craft, event = due
         local_ns = self._clocks.craft[craft].local_ns(t_ns)
         self._outlet.put("modem_rx", craft, ModemEvent(self._sent[craft], local_ns, event))
+        self._final_ns = log_before_ns
+        self._lines += lines
+        while self._ledger_ns + self._ledger_step_ns <= log_before_ns:
+            self._publish_ledger(self._ledger_ns + self._ledger_step_ns)
+
+    def _publish_ledger(self, t_ns: int) -> None:
+        """Publish what had happened before a time, whatever has been reported since."""
+        while self._lines and self._lines[0].t_ns < t_ns:
+            self._ledger.note(self._lines.popleft())
+        self._outlet.put("ledger", "", self._ledger.snapshot(t_ns))
+        self._ledger_ns = t_ns
         self._sent[craft] += 1
 
     def _on_clock(self, message: Clock) -> None:
@@ -148,6 +171,7 @@ class Emulator:
             return
         self.started = True
         if not self._config.lockstep:
+            self._close_ledger(message.t_ns)
             self._clock = WallClock(self._config.factor, message.epoch_unix_ns)
 
     def _on_presence(self, message: Presence) -> None:
@@ -155,4 +179,13 @@ class Emulator:
             raise FaultError("sim", "left the bus without saying goodbye", self._now_s())
 
     def _now_s(self) -> float | None:
+    def _close_ledger(self, end_ns: int) -> None:
+        """Publish the last ledger: of what is final in lockstep, else of what there was until the mission was over."""
+        if self._clock is not None:
+            self._medium.advance(end_ns)
+            self._hand_out(-1, end_ns, end_ns)
+        end_ns = self._final_ns
+        if end_ns > self._ledger_ns:
+            self._publish_ledger(end_ns)
+
         return None if self._clock is None else self._clock.now_ns() / NS

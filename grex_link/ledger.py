@@ -208,7 +208,7 @@ def _seconds(ends: Sequence[int], sums_ns: Sequence[int]) -> list[float]:
     return seconds
 
 
-def faults(ledger: LinkLedger, ports: Mapping[str, PortLedger], in_hand: int = 1) -> list[str]:
+def faults(ledger: LinkLedger, ports: Mapping[str, PortLedger], in_hand: int | None = 1) -> list[str]:
     """Say what does not add up; nothing is what should come out.
 
     Parameters
@@ -216,9 +216,10 @@ def faults(ledger: LinkLedger, ports: Mapping[str, PortLedger], in_hand: int = 1
     ledger : LinkLedger
         Of the water.
     ports : mapping of str to PortLedger
-        Of craft, as new as that of the water; craft whose port is not known are not asked.
-    in_hand : int
-        How many requests a modem may have been handed that it has not begun with, at most.
+        Of those craft of which it is known.
+    in_hand : int or None
+        How many requests a modem may have been handed that it has not begun with, at most. None: the ledgers are not of
+        the same time, and ports are not compared with the water.
 
     Returns
     -------
@@ -236,7 +237,7 @@ def faults(ledger: LinkLedger, ports: Mapping[str, PortLedger], in_hand: int = 1
     whole = not any(port.reassembled or port.abandoned for port in ports.values())
     for craft, port in ports.items():
         found += _port_faults(craft, port)
-        if craft in sources:
+        if craft in sources and in_hand is not None:
             found += _handover_faults(port, sources[craft], in_hand, whole=whole)
     return found
 

@@ -338,6 +338,8 @@ class Clock(Message, frozen=True):
     """Live paces: wall time of mission time zero."""
     reason: str = ""
     """Why the mission is over before its time; empty when all went well."""
+    t_ns: int = 0
+    """``bye``: mission time at which it is over."""
 
 
 class Presence(Message, frozen=True):

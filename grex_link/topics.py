@@ -84,6 +84,7 @@ def presence_key(team: str, who: str, scenario: str) -> str:
 
 
 def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
+        Topic("ledger", "link/ledger", m.LinkLedger, ("link",), ("sim",), "event", recorded=m.LinkLedger),
     """Return (topic, craft) pairs that a participant reads; ``*`` for all craft.
 
     The craft is ``""`` for a topic that there is once.

@@ -65,6 +65,11 @@ class Hub:
 
     @property
     def started(self) -> bool:
+    @property
+    def end_ns(self) -> int:
+        """Mission time of the last tick, nanoseconds."""
+        return self._last_tick * self._tick_ns
+
         """Whether the mission has started."""
         return self.started_at is not None
 
@@ -78,9 +83,13 @@ class Hub:
         if topic == "presence":
             self._on_presence(message)
         elif topic == "report":
-            if not self.done:
+            if self.done:  # the link's last words
+                self._logbook.link_events([event for event in message.log if event.t_ns < self.end_ns])
+            else:
                 self._on_report(message)
         elif craft in self._team:
+            self._logbook.message(topic, craft, message)
+        elif topic == "ledger":
             self._logbook.message(topic, craft, message)
             if topic == "setpoint" and not self.done:
                 self._on_setpoint(craft, message)
@@ -106,7 +115,7 @@ class Hub:
     def say_goodbye(self, reason: str = "") -> None:
         """Tell everybody that the mission is over, and why if that is before its time."""
         for who in self._everybody:
-            self._outlet.put("clock", who, Clock("bye", reason=reason))
+            self._outlet.put("clock", who, Clock("bye", reason=reason, t_ns=self._sea.truth.t_ns))
         self.done = True
 
     # -- for the paces --------------------------------------------------------------------------------------------

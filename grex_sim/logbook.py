@@ -10,7 +10,16 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from grex_link.messages import AgentState, AgentStates, LinkEvent, Message, Setpoint, Truth
+from grex_link.messages import (
+    AgentState,
+    AgentStates,
+    LinkEvent,
+    LinkLedger,
+    Message,
+    PortLedger,
+    Setpoint,
+    Truth,
+)
 from grex_link.recorder import Recorder
 
 #: Messages that are written in one go when there is time, and that may wait for it.
@@ -29,8 +38,14 @@ class Logbook:
 
     Attributes
     ----------
-    messages_sent, bytes_sent, delivered, lost, refused : int
-        What happened in the water.
+    messages_sent, bytes_sent, delivered, overheard, lost, refused : int
+        What happened in the water, and over land links.
+    sent_by_land : int
+        Of the messages sent, those over cable or radio: each goes to one craft only.
+    ledger : LinkLedger or None
+        The newest ledger of the water.
+    ports : dict of str to PortLedger
+        The newest ledger of each craft's modem port.
     late_ticks, late_setpoints : int
         Live paces: what did not keep up.
     """
@@ -43,7 +58,10 @@ class Logbook:
         self._unwritten: deque[tuple[str, str, Any]] = deque()
         self._write_at = 0.0
         self._craft = 0
-        self.messages_sent = self.bytes_sent = self.delivered = self.lost = self.refused = 0
+        self.messages_sent = self.bytes_sent = self.sent_by_land = self.refused = 0
+        self.delivered = self.overheard = self.lost = 0
+        self.ledger: LinkLedger | None = None
+        self.ports: dict[str, PortLedger] = {}
         self.late_ticks = self.late_setpoints = 0
         self.bad_frames: dict[str, int] = {}
         self.adrift_steps: dict[str, int] = {}
@@ -77,12 +95,20 @@ class Logbook:
             if event.kind == "started":
                 self.messages_sent += 1
                 self.bytes_sent += event.size_bytes
+                self.sent_by_land += event.purpose == "land"
             elif event.kind == "delivered":
                 self.delivered += 1
+            elif event.kind == "overheard":
+                self.overheard += 1
             elif event.kind == "lost":
                 self.lost += 1
             else:
                 self.refused += 1
+
+    def in_flight(self, craft: int) -> int:
+        """How many receptions are still to come, in a team of so many craft."""
+        under_water = (self.messages_sent - self.sent_by_land) * (craft - 1)
+        return under_water + self.sent_by_land - self.delivered - self.overheard - self.lost
 
     def message(self, topic: str, craft: str, message: Message) -> None:
         """Take down a message that passed on the bus."""
@@ -92,6 +118,10 @@ class Logbook:
                 self._note_health(craft, state)
         else:
             self._unwritten.append((topic, craft, message))
+            if isinstance(message, LinkLedger):
+                self.ledger = message
+            elif isinstance(message, PortLedger):
+                self.ports[craft] = message
 
     def write_some(self) -> bool:
         """Write a few of the messages that have piled up; False if there are none."""

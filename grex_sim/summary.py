@@ -1,17 +1,25 @@
 """The result of a run: one object of figures, and the files beside it."""
 
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 
 from grex_agent.mission import TeamPlan
-from grex_link.config import Scenario
+from grex_link.config import Scenario, SerialModem, Tdma
+from grex_link.ledger import EDGES_S, faults
+from grex_link.messages import PathLedger, PortLedger, SourceLedger
+from grex_link.units import NS
 from grex_sim.logbook import Logbook
 from grex_sim.score import Score, score
 
 SUMMARY_FILE = "summary.json"
 SERIES_FILE = "series.csv"
+#: How many reasons of losses are named to a person.
+_MAIN_REASONS = 3
 
 
 class Summary(msgspec.Struct, kw_only=True):
@@ -51,6 +59,19 @@ class Summary(msgspec.Struct, kw_only=True):
     """For each craft, in how many steps the current was too strong for the course it was to make good."""
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
+    ledger_s: float | None
+    """Mission time of the newest ledger of the water; None if there is none."""
+    ledger_faults: list[str]
+    """What does not add up in the ledgers."""
+    histogram_edges_s: list[float]
+    """Edges of the bins of ``latency_counts`` and ``age_seconds`` in ``paths``; the first bin begins at 0, the last is
+    open."""
+    sources: dict[str, SourceLedger]
+    """For each craft, what it has sent."""
+    paths: dict[str, PathLedger]
+    """For each directed link, ``auv1>auv2``, what became of it there."""
+    ports: dict[str, PortLedger]
+    """For each craft, the books of its modem port."""
     digest: str
     out: str | None = None
     """Folder of the run's files."""
@@ -94,15 +115,34 @@ def summarise(
         delivered=logbook.delivered,
         lost=logbook.lost,
         refused=logbook.refused,
-        in_flight=logbook.messages_sent * (len(scenario.craft) - 1) - logbook.delivered - logbook.lost,
+        in_flight=logbook.in_flight(len(scenario.craft)),
         late_ticks=logbook.late_ticks,
         late_setpoints=logbook.late_setpoints,
         bad_frames=logbook.bad_frames,
         adrift_steps=logbook.adrift_steps,
         unhealthy_steps=logbook.unhealthy_steps,
+        **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
     )
     return summary, result
+
+
+def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[str, Any]:
+    """Return the fields of a summary that come from the ledgers."""
+    ledger = logbook.ledger
+    mac = scenario.link.mac
+    # What is handed over at the very end may not have begun: the messages of a slot, and one over land.
+    in_hand = (mac.messages_per_slot if isinstance(mac, Tdma) else 1) + bool(scenario.link.land)
+    # The link knows nothing of what a modem on a serial line does, and the books of a broken run are of several times.
+    comparable = complete and not any(isinstance(craft.modem, SerialModem) for craft in scenario.craft.values())
+    return {
+        "ledger_s": ledger and ledger.t_ns / NS,
+        "ledger_faults": [] if ledger is None else faults(ledger, logbook.ports, in_hand if comparable else None),
+        "histogram_edges_s": list(EDGES_S),
+        "sources": {source.craft: source for source in ledger.sources} if ledger else {},
+        "paths": {f"{path.source}>{path.destination}": path for path in ledger.paths} if ledger else {},
+        "ports": {craft: logbook.ports[craft] for craft in scenario.craft if craft in logbook.ports},
+    }
 
 
 def write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
@@ -150,12 +190,32 @@ def as_text(summary: Summary) -> str:
             f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes), {summary.delivered} received, "
             f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
         ),
+        *_about_links(summary.paths),
         f"digest {summary.digest}",
     ]
     lines += _warnings(summary)
     if summary.out:
         lines.append(f"files in {summary.out}")
     return "\n".join(lines)
+
+
+def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:
+    """Say in two lines how good the links were."""
+    lines = []
+    ages = {name: path.age_mean_s for name, path in paths.items() if path.age_mean_s >= 0.0}
+    if ages:
+        worst = max(ages, key=ages.__getitem__)
+        silent = f"; {len(paths) - len(ages)} of {len(paths)} links carried nothing" if len(ages) < len(paths) else ""
+        mean_s = sum(ages.values()) / len(ages)
+        lines.append(f"age of information {mean_s:.1f} s on average, {ages[worst]:.1f} s on {worst}{silent}")
+    lost = sum((Counter(path.lost) for path in paths.values()), Counter())
+    outcomes = lost.total() + sum(path.delivered + path.overheard for path in paths.values())
+    if lost:
+        main = ", ".join(f"{reason} {100 * n / outcomes:.1f} %" for reason, n in lost.most_common(_MAIN_REASONS))
+        others = len(lost) - _MAIN_REASONS
+        main += f" and {others} other reasons" if others > 0 else ""
+        lines.append(f"{100 * lost.total() / outcomes:.1f} % of {outcomes} receptions lost: {main}")
+    return lines
 
 
 def _warnings(summary: Summary) -> list[str]:
@@ -174,5 +234,6 @@ def _warnings(summary: Summary) -> list[str]:
         f"WARNING: {craft} could not hold its course against the current in {steps} steps"
         for craft, steps in summary.adrift_steps.items()
     ]
+    lines += [f"WARNING: the ledger does not add up: {fault}" for fault in summary.ledger_faults]
     lines += [f"WARNING: {craft} received {n} bad frames" for craft, n in summary.bad_frames.items()]
     return lines

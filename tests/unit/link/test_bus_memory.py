@@ -64,6 +64,7 @@ READERS = {
     "truth": {"link"},
     "advance": {"link"},
     "report": {"sim"},
+    "ledger": {"sim"},
     "link_event": set(),
 }
 

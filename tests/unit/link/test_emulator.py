@@ -9,8 +9,20 @@ import pytest
 from grex_link import clock
 from grex_link.config import Scenario
 from grex_link.emulator import Emulator
-from grex_link.errors import FaultError
-from grex_link.messages import Advance, Clock, LinkReport, ModemEvent, Presence, Received, Step, Transmit, TxEvent
+from grex_link.errors import FaultError, GrexError
+from grex_link.ledger import Ledger, faults
+from grex_link.messages import (
+    Advance,
+    Clock,
+    LinkLedger,
+    LinkReport,
+    ModemEvent,
+    Presence,
+    Received,
+    Step,
+    Transmit,
+    TxEvent,
+)
 from grex_link.units import NS
 
 TEAM = ("auv1", "auv2", "auv3")
@@ -192,7 +204,7 @@ def test_events_are_out_before_their_report(make, outlet, truth_at) -> None:
     for topic, _, message in outlet.all:
         if topic == "modem_rx":
             published += 1
-        else:
+        elif topic == "report":
             announced += sum(map(len, message.modem_events))
             assert announced == published
 
@@ -295,6 +307,68 @@ def test_live_starts_with_the_clock(make, outlet) -> None:
     emulator.handle("modem_tx", "auv1", Transmit(0, 0, b"x"))
     emulator.on_deadline()
     assert (emulator.wall_s_to_deadline(), outlet.all) == (None, [])
+
+
+def ledgers(scenario: Scenario, outlet, truth_at, lengths: Sequence[int]) -> list[LinkLedger]:
+    """The ledgers of the run above, its steps handed over in windows, and of its end."""
+    sent, steps = traffic(truth_at)
+    arrivals = [("modem_tx", craft, request) for craft, request in sent]
+    arrivals += [("advance", "", window) for window in windows(steps, lengths)]
+    feed(scenario, outlet, [*arrivals, ("clock", "link", Clock("bye"))])
+    return outlet.of("ledger")
+
+
+@pytest.mark.parametrize("lengths", [[1] * 120, [7] * 17 + [1], [120]])
+def test_ledgers_come_at_their_times(make, outlet, truth_at, lengths: list[int]) -> None:
+    """Whatever the windows, ledgers are of every ``ledger_s`` and of the end, each of what is before its time."""
+    published = ledgers(make("link.loss=0.3", "link.ledger_s=50"), outlet, truth_at, lengths)
+    assert [ledger.t_ns // NS for ledger in published] == [50, 100, 120]
+    log = [line for report in outlet.of("report") for line in report.log]
+    for ledger in published:
+        recount = Ledger(TEAM)
+        for line in log:
+            if line.t_ns < ledger.t_ns:
+                recount.note(line)
+        assert recount.snapshot(ledger.t_ns) == ledger
+        assert faults(ledger, {}) == []
+    assert published[0] != published[1] != published[2]
+    assert [source.started for source in published[2].sources] == [4, 2, 2]
+
+
+def test_the_last_ledger_comes_once(make, outlet, truth_at) -> None:
+    """A run that ends at a multiple of ``ledger_s`` has one ledger of its end; one of no length has none."""
+    assert [ledger.t_ns // NS for ledger in ledgers(make(), outlet, truth_at, [120])] == [60, 120]
+    silent = type(outlet)()
+    feed(make(), silent, [("clock", "link", Clock("bye"))])
+    assert silent.all == []
+
+
+def test_the_last_ledger_is_out_before_the_fault(make, outlet, truth_at) -> None:
+    """When the simulator ends the run early, the ledger of what there was goes out before anything else."""
+    emulator = feed(make(), outlet, [("advance", "", Advance([Step(truth_at(0), [0, 0, 0])]))])
+    with pytest.raises(GrexError, match=r"^sim ended the run: why$"):
+        emulator.handle("clock", "link", Clock("bye", reason="why", t_ns=5 * NS))
+    assert [ledger.t_ns for ledger in outlet.of("ledger")] == [NS]
+
+
+def test_ledgers_are_not_oftener_than_ticks(make, outlet, truth_at) -> None:
+    """However short ``ledger_s`` is, there is one ledger a tick at most."""
+    assert len(ledgers(make("link.ledger_s=1e-6"), outlet, truth_at, [120])) == 120
+
+
+def test_live_ledgers(make, outlet, truth_at) -> None:
+    """At a live pace ledgers are of the same times, even in silence, and the last one is of the mission's end."""
+    emulator = live(make, outlet, 130.0)
+    emulator.handle("truth", "", truth_at(12))
+    assert outlet.of("ledger") == []
+    emulator.handle("modem_tx", "auv2", Transmit(0, 12 * NS, b"x"))
+    emulator.handle("truth", "", truth_at(61))
+    assert [ledger.t_ns // NS for ledger in outlet.of("ledger")] == [60, 120]
+    assert outlet.of("ledger")[0].sources[1].started == 1
+    emulator.handle("modem_tx", "auv1", Transmit(0, 131 * NS, b"y"))
+    emulator.handle("clock", "link", Clock("bye", t_ns=128 * NS))
+    last = outlet.of("ledger")[-1]
+    assert (last.t_ns // NS, last.sources[0].started) == (128, 0)
 
 
 def test_nothing_can_wait(make, outlet) -> None:

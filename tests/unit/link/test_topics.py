@@ -44,8 +44,8 @@ def test_the_link_reads_all_transmissions_and_the_truth() -> None:
 
 
 def test_the_simulator_reads_all_craft() -> None:
-    """The bench hears every craft's outputs, and the link's reports."""
-    expected = {"*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "link/report"}
+    """The bench hears every craft's outputs, the link's reports and its ledger."""
+    expected = {"*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "link/report", "link/ledger"}
     assert keys_read("sim", "sim") == {"grex/grex/" + below for below in expected}
 
 
