@@ -89,6 +89,7 @@ class AcousticMedium:
         self._upcoming: list[tuple[int, int]] = []
         self._on_air: list[Sound | None] = [None] * len(self._names)
         self._waiting: dict[tuple[int, int], tuple[Packet, int]] = {}
+        self._off_ns = [-(2**62)] * len(self._names)  # when a modem last went off
         self._order = count()
         self._events: list[tuple[int, int, Key, int, Due]] = []
         self._lines: list[LinkEvent] = []
@@ -282,8 +283,11 @@ class AcousticMedium:
         packet: Packet = sound.content
         node = sound.receivers[index]
         kind = "delivered" if packet.is_for(node) else "overheard"
+        if self._off_ns[node] >= t_ns - self._decode_ns:
+            self._note(t_ns, "lost", packet, self._names[node], "aborted_off", sinr_db=sinr_db)
+            return
         self._note(t_ns, kind, packet, self._names[node], lasting_ns=t_ns - sound.start_ns, sinr_db=sinr_db)
-        if kind == "overheard" or self._field.off[node]:
+        if kind == "overheard":
             return
         if packet.purpose == "data":
             self._announce(t_ns, node, packet.key, self._received(sound, index, sinr_db))
@@ -353,17 +357,19 @@ class AcousticMedium:
 
     def _switch_off(self, node: int, t_ns: int) -> None:
         """Cut short what a modem transmits, lose what it hears, and give up what it waits for."""
-        sound = self._on_air[node]
+        sound, cut = self._on_air[node], None
         if sound is not None and t_ns < self._field.sending_until_ns[node]:
             sound.cut = True
-            if sound.content.purpose == "data":
-                self._announce(t_ns, node, sound.key, TxEvent(sound.content.seq, "FAILED", "off"))
+            cut = sound.content
+            if cut.purpose == "data":
+                self._announce(t_ns, node, sound.key, TxEvent(cut.seq, "FAILED", "off"))
         for place, seq in [waiting for waiting in self._waiting if waiting[0] == node]:
             packet, _ = self._waiting[place, seq]
-            if sound is not None and sound.content is packet and packet.purpose == "data":
+            if packet is cut and packet.purpose == "data":
                 del self._waiting[place, seq]
             else:
                 self._give_up(packet, t_ns)
+        self._off_ns[node] = t_ns
         self._field.switch(node, t_ns, off=True)
         self._announce(t_ns, node, (node, 0, 2, 0), ModemStatus("off"))
 

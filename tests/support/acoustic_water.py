@@ -79,7 +79,8 @@ class AcousticWater:
     ) -> None:
         team = {name: CraftConfig() for name in places} | dict(craft or {})
         mission = Tracks(craft={name: TrackList((0.0, 0.0, 0.0), ()) for name in places})
-        self.medium = AcousticMedium(Scenario(seed=seed, mission=mission, link=link, craft=team), profile)
+        self.scenario = Scenario(seed=seed, mission=mission, link=link, craft=team)
+        self.medium = AcousticMedium(self.scenario, profile)
         self.medium.place(truth(places))
         self._sent = dict.fromkeys(places, 0)
 
