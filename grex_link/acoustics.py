@@ -329,4 +329,5 @@ def _absorption_terms(
 def _at_depth(acid: Vector, sulphate: Vector, viscous: Vector, depth_km: Numbers) -> Vector:
     """All three at a depth, which the acid does not feel; above the surface there is no less pressure than at it."""
     depth = np.maximum(np.asarray(depth_km, dtype=float), 0.0)
-    return acid + sulphate * np.exp(-depth / 6.0) + viscous * np.exp(-depth / 17.0)
+    absorption: Vector = acid + sulphate * np.exp(-depth / 6.0) + viscous * np.exp(-depth / 17.0)
+    return absorption

@@ -12,7 +12,6 @@ from grex_sim.modem_figures import BASES, Figures, Use, base_of, figures
 
 _WIDTH = 110
 _NOTHING = "–"
-_MANY = 1e5
 _UNITS = {"_s": "s", "_m": "m", "_hz": "Hz", "_db": "dB", "_bytes": "bytes", "_bits": "bits", "_byte_s": "s a byte"}
 _LEGEND = {
     "guard": "for this range, and the clock error and jitter of a scenario without changes",
@@ -76,9 +75,14 @@ def show(name: str | None, use: Use, *, json: bool) -> str:
     ConfigError
         For a modem that does not exist, or a use that makes no sense.
     """
-    for option, value, least in (("payload", use.payload_bytes, 0), ("range", use.range_m, 0), ("craft", use.craft, 1)):
-        if not least <= value <= 1e6:  # catches not-a-number, too
-            raise ConfigError(f"--{option}", f"{value:g} is not within {least} … 1000000")
+    limits = (
+        ("payload", use.payload_bytes, 0, 65_535),
+        ("range", use.range_m, 0, 100_000),
+        ("craft", use.craft, 1, 200),
+    )
+    for option, value, least, most in limits:
+        if not least <= value <= most:  # so that not-a-number is refused, too
+            raise ConfigError(f"--{option}", f"{value:g} is not within {least} … {most}")
     if name is None:
         return (as_json if json else modems_text)(profile_names(), use)
     try:
@@ -175,9 +179,7 @@ def _wrapped(label: str, text: str) -> list[str]:
 
 
 def _number(value: float | None, digits: int) -> str:
-    if value is None:
-        return _NOTHING
-    return f"{value:.{digits}f}" if abs(value) < _MANY else f"{value:.1e}"
+    return _NOTHING if value is None else f"{value:.{digits}f}"
 
 
 def _plain(value: Any) -> str:
