@@ -5,32 +5,21 @@ controller (eq. 2) orders the speed and the guidance the course. In the own slot
 """
 
 import math
-import sys
 from collections.abc import Iterator
 from typing import Any
 
+from grex_agent.capabilities import check_capabilities, state_form
 from grex_agent.coordination import load_controller, quality
 from grex_agent.guidance import PlaceKeeping, TrackKeeping
 from grex_agent.manoeuvre import ManoeuvreProcessor
+from grex_agent.messenger import Messenger
 from grex_agent.mission import plan_mission
-from grex_agent.team.interface import Own, Report, TeamContext, load_estimator
+from grex_agent.team.interface import Own, TeamContext, load_estimator
+from grex_agent.tell import TeamTalk
 from grex_link import wire
 from grex_link.config import Scenario
-from grex_link.errors import WireError
-from grex_link.messages import (
-    AgentState,
-    Fix,
-    MateBelief,
-    Message,
-    ModemEvent,
-    Received,
-    Setpoint,
-    Transmit,
-    Truth,
-    TxEvent,
-)
+from grex_link.messages import AgentState, Fix, MateBelief, Message, ModemEvent, Setpoint, Truth
 from grex_link.profile import load_profile
-from grex_link.tdma import plan_schedule
 from grex_link.units import NS, tick_ns
 
 #: (topic, message)
@@ -47,18 +36,18 @@ class AgentCore:
     craft : str
         Which craft this is.
 
-    Attributes
-    ----------
-    bad_frames : int
-        Datagrams that were no team state of a mate.
+    Raises
+    ------
+    ConfigError
+        If the mission or the slots cannot work, or the modem cannot do what the plan needs.
     """
 
     def __init__(self, scenario: Scenario, craft: str) -> None:
-        self._craft = craft
-        self._team = list(scenario.craft)
         self._tick_ns = tick_ns(scenario.clock.tick_s)
         self._fix_timeout_ns = round(scenario.team.fix_timeout_s * NS)
         plan = plan_mission(scenario)
+        profile = load_profile(scenario.link.profile)
+        check_capabilities(scenario, plan, profile)
         self._plan = plan.craft[craft]
         self._processor = ManoeuvreProcessor(self._plan)
         self._guidance = TrackKeeping(scenario.guidance)
@@ -67,16 +56,19 @@ class AgentCore:
         self._estimator: Any = load_estimator(TeamContext(craft, plan, scenario, self._controller))
         self._prepare = getattr(self._estimator, "prepare", None)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
-        self._schedule = plan_schedule(scenario.link.mac, self._team, load_profile(scenario.link.profile))
-        self._next_slot_ns = 0
+        form = state_form(scenario, profile)
+        self._talk = TeamTalk(craft, plan, form)
+        self._messenger = Messenger(scenario, craft, plan, profile, self._talk, form)
+        self._time_ns: int | None = None
         self._fix: Fix | None = None
         self._fix_usable = False
         self._own: Own | None = None
-        self._events: list[ModemEvent] = []
-        self._on_air: dict[int, wire.TeamState] = {}
-        self._transmissions = 0
         self._beliefs: list[MateBelief] = []
-        self.bad_frames = 0
+
+    @property
+    def bad_frames(self) -> int:
+        """Datagrams so far that were no team state of a mate."""
+        return self._talk.bad_frames
 
     def on_fix(self, fix: Fix) -> None:
         """Take a fix of the own navigation; one that is no number is no better than an invalid one."""
@@ -86,7 +78,7 @@ class AgentCore:
 
     def on_modem(self, event: ModemEvent) -> None:
         """Take a modem event; it counts at the next step."""
-        self._events.append(event)
+        self._messenger.on_event(event)
 
     def on_truth(self, truth: Truth) -> None:
         """Take the true poses: for the bench-only ideal estimator."""
@@ -100,29 +92,30 @@ class AgentCore:
         tick : int
             Number of the step, as the fix says.
         now_ns : int
-            Mission time.
+            Mission time by the craft's own clock, which may drift and be set.
 
         Yields
         ------
         (topic, message)
             Transmissions, then the setpoint, which says how many transmissions there have been, then the state.
         """
+        # For an estimator time never runs back, though GPS may set the clock back: it stands until it is passed again.
+        self._time_ns = time_ns = now_ns if self._time_ns is None else max(self._time_ns, now_ns)
         fix, health = self._fix, self._navigation_health(now_ns)
         lost = bool(health)
         if fix is not None and not lost:
             self._processor.follow(fix.north_m, fix.east_m)
             self._own = Own(fix.north_m, fix.east_m, self._processor.progress)
-        sent, heard = self._take_events(now_ns)
+        sent, heard = self._messenger.take(now_ns)
         if self._own is not None:
-            self._beliefs = self._estimator.step(now_ns / NS, self._own, sent, heard)
+            self._beliefs = self._estimator.step(time_ns / NS, self._own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
         ordered = self._order_speed(mates, health)
-        if fix is not None and not lost:
-            yield from self._transmit(fix, now_ns, ordered, health)
+        yield from self._speak(now_ns, ordered, health, lost=lost)
         yield "setpoint", self._setpoint(tick, now_ns, ordered, hold=lost)
         yield "state", self._state(tick, now_ns, ordered, mates, health)
         if self._prepare is not None:
-            self._prepare((now_ns + self._tick_ns) / NS)
+            self._prepare((time_ns + self._tick_ns) / NS)
 
     # -- inside -------------------------------------------------------------------------------------------------
 
@@ -143,63 +136,18 @@ class AgentCore:
         health.append("speed_limited")
         return min(max(ordered, least), most) if math.isfinite(ordered) else planned
 
-    def _take_events(self, now_ns: int) -> tuple[list[wire.TeamState], list[Report]]:
-        sent: list[wire.TeamState] = []
-        heard: list[Report] = []
-        for arrived in self._events:
-            event = arrived.event
-            if isinstance(event, Received):
-                if report := self._unpack(event, now_ns):
-                    heard.append(report)
-            elif isinstance(event, TxEvent) and (state := self._on_air.pop(event.ticket, None)) and event.status == "SENT":
-                sent.append(state)
-        self._events.clear()
-        return sent, heard
+    def _speak(self, now_ns: int, speed_mps: float, health: list[str], *, lost: bool) -> list[Output]:
+        """Ask the modem for everything that is to be said before the next step."""
 
-    def _unpack(self, event: Received, now_ns: int) -> Report | None:
-        try:
-            state = wire.unpack(event.payload, now_ns / NS)
-            place = self._team.index(event.source)
-        except (WireError, ValueError):
-            self.bad_frames += 1
-            return None
-        if event.source == self._craft or place % 16 != state.source or state.track >= len(self._plan.tracks):
-            self.bad_frames += 1
-            return None
-        return Report(event.source, state)
+        def state() -> wire.TeamState | None:
+            if self._fix is None or lost:
+                return None
+            return self._talk.state(self._fix, self._processor, speed_mps)
 
-    def _transmit(self, fix: Fix, now_ns: int, speed_mps: float, health: list[str]) -> list[Output]:
-        """Request a transmission for every own slot that opens before the next step."""
-        before_ns = now_ns + self._tick_ns
-        if before_ns <= self._next_slot_ns:
-            return []
-        openings = self._schedule.openings(self._craft, now_ns, before_ns)
-        following = self._schedule.openings(self._craft, before_ns, before_ns + self._schedule.cycle_ns)
-        self._next_slot_ns = following[0] if following else sys.maxsize
-        outputs: list[Output] = []
-        for t_ns in openings:
-            state = wire.TeamState(
-                source=self._team.index(self._craft),
-                t_s=fix.t_ns / NS,
-                north_m=fix.north_m,
-                east_m=fix.east_m,
-                depth_m=fix.down_m,
-                speed_mps=speed_mps,
-                heading_rad=fix.heading_rad,
-                track=self._processor.number,
-                theta=self._processor.place.theta,
-                sigma_m=fix.sigma_m,
-            )
-            try:
-                payload = wire.pack(state)
-            except WireError:
-                health.append("outside_frame")
-                break
-            # What the mates will read, not what was packed.
-            self._on_air[self._transmissions] = wire.unpack(payload, state.t_s)
-            outputs.append(("modem_tx", Transmit(self._transmissions, t_ns, payload)))
-            self._transmissions += 1
-        return outputs
+        requests = self._messenger.speak(now_ns, now_ns + self._tick_ns, state)
+        if self._messenger.untold:
+            health.append("outside_frame")
+        return [("modem_tx", request) for request in requests]
 
     def _state(self, tick: int, now_ns: int, ordered_mps: float, mates: list[float], health: list[str]) -> AgentState:
         processor = self._processor
@@ -226,5 +174,5 @@ class AgentCore:
             hold = hold or towards is None
             course, speed_mps = towards or (course, 0.0)
         if hold:
-            return Setpoint(tick, now_ns, "hold", course, 0.0, track.depth_m, self._transmissions)
-        return Setpoint(tick, now_ns, "steer", course, speed_mps, track.depth_m, self._transmissions)
+            return Setpoint(tick, now_ns, "hold", course, 0.0, track.depth_m, self._messenger.transmissions)
+        return Setpoint(tick, now_ns, "steer", course, speed_mps, track.depth_m, self._messenger.transmissions)

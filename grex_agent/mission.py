@@ -19,6 +19,7 @@ NorthEast = tuple[float, float]
 TRACKS_MAX = 255
 #: On arcs positions are compared at every so many radians: the greatest distance is missed by 0.1 % of their diameter.
 _ARC_STEP_RAD = math.radians(5.0)
+_LINE_STEPS = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,19 +50,6 @@ class CraftPlan:
         """Find the planned point at a progress (track number plus Θ); beyond the last track it goes on."""
         track = min(max(int(progress), 0), len(self.tracks) - 1)
         return self.tracks[track].point(progress - track)
-
-    def depth_m(self, progress: float) -> float:
-        """Find the planned depth at a progress: that of the track, which is taken up when the track is."""
-        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)].depth_m
-
-    def speed_mps(self, progress: float) -> float:
-        """Find the planned speed over ground at a progress."""
-        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)].speed_mps
-
-    def course_rad(self, progress: float) -> float:
-        """Find the course of the plan at a progress."""
-        track = self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)]
-        return track.locate(*self.point(progress)).course_rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,14 +93,20 @@ def range_max_m(plan: TeamPlan) -> float:
     return max((math.dist(*pair) for team in _moments(plan) for pair in combinations(team, 2)), default=0.0)
 
 
-def _moments(plan: TeamPlan) -> Iterator[list[tuple[float, float, float]]]:
-    """Yield positions of all craft at equal times, close enough to each other to find the greatest distance."""
+def range_min_m(plan: TeamPlan) -> float:
+    """Least distance between any two craft at equal times of the planned mission, metres, to a few per cent."""
+    moments = _moments(plan, least=_LINE_STEPS)
+    return min((math.dist(*pair) for team in moments for pair in combinations(team, 2)), default=0.0)
+
+
+def _moments(plan: TeamPlan, least: int = 1) -> Iterator[list[tuple[float, float, float]]]:
+    """Yield positions of all craft at equal times: at ends of tracks, every few degrees of arcs, and often enough."""
     craft = list(plan.craft.values())
     before = [each.start_depth_m for each in craft]
     for tracks in zip(*(each.tracks for each in craft), strict=True):
         depths = [track.depth_m for track in tracks]
         turn_rad = max(abs(track.curvature) * track.length_m for track in tracks)
-        steps = max(1, math.ceil(turn_rad / _ARC_STEP_RAD))
+        steps = max(least, math.ceil(turn_rad / _ARC_STEP_RAD))
         for step in range(steps + 1):
             places = [track.point(step / steps) for track in tracks]
             for now in (depths, before) if step == 0 else (depths,):

@@ -46,6 +46,8 @@ class Agent:
         self._states: list[AgentState] = []
         self._bundle = _BUNDLE if self._lockstep else 1
         self._clock: WallClock | None = None
+        #: How far the craft's clock is ahead of the wall's, as the last fix showed.
+        self._ahead_ns = 0
         self._overdue_ns = round(scenario.team.fix_timeout_s * NS)
         self._next_alarm_ns = self._overdue_ns
         self._tick = -1
@@ -76,7 +78,7 @@ class Agent:
         """Step without a fix: the core holds the craft and says so."""
         if self._clock is not None and (now_ns := self._clock.now_ns()) >= self._next_alarm_ns:
             self._tick += 1
-            self._step(self._tick, now_ns)
+            self._step(self._tick, now_ns + self._ahead_ns)
 
     def in_idle_time(self) -> bool:
         """Nothing here can wait."""
@@ -95,12 +97,15 @@ class Agent:
             self._core.on_truth(self._truth)
         self._core.on_fix(fix)
         self._fix = None
-        # A fix may come after the alarm for its delay; time never runs back for all that.
-        self._step(fix.tick, fix.t_ns if self._now_ns is None else max(fix.t_ns, self._now_ns))
+        if self._clock is not None:
+            self._ahead_ns = fix.t_ns - self._clock.now_ns()
+        self._step(fix.tick, fix.t_ns)
 
     def _step(self, tick: int, now_ns: int) -> None:
+        """Let the core step at a time by the craft's clock; the alarm for the next fix is by the wall clock."""
         self._tick, self._now_ns = tick, now_ns
-        self._next_alarm_ns = now_ns + self._overdue_ns
+        if self._clock is not None:
+            self._next_alarm_ns = self._clock.now_ns() + self._overdue_ns
         for topic, message in self._core.step(tick, now_ns):
             if isinstance(message, AgentState):
                 self._states.append(message)
@@ -117,6 +122,8 @@ class Agent:
     def _on_clock(self, message: Clock) -> None:
         if message.phase == "bye":
             self._send_states()
+            if False and self._now_ns is not None:
+                self._outlet.put("port", self._craft, self._core.ledger(self._now_ns))
             self.done = True
             if message.reason:
                 raise GrexError(f"sim ended the run: {message.reason}")

@@ -9,7 +9,8 @@ from grex_agent.mission import plan_mission
 from grex_link.scenario import load, loads
 from grex_link.tdma import Schedule, Slot
 from grex_link.units import NS
-from grex_sim.plan_text import age_of_information_s, plan_text
+from grex_sim.link_text import age_of_information_s
+from grex_sim.plan_text import plan_text
 
 TRACKS = """
 [mission]
@@ -147,11 +148,16 @@ def test_the_schedule_of_the_paper_and_its_mean_age():
 
 def test_slots_are_in_the_order_of_time_and_the_silent_are_named():
     """Slots are listed as they come; a craft with two is known better, and one without is never heard."""
-    slots = (
-        "link.mac.slots=[{craft='auv2',start_s=40,length_s=12},{craft='auv1',start_s=0,length_s=10},"
-        "{craft='auv1',start_s=20,length_s=10}]"
+    slots = [
+        f"{{craft='{craft}',start_s={start_s},length_s={length_s}}}"
+        for craft, start_s, length_s in (("auv2", 40, 12), ("auv1", 0, 10), ("auv1", 20, 10))
+    ]
+    text = text_of(
+        "paper-d",
+        "link.mac.type=tdma",
+        "link.mac.cycle_s=64",
+        f"link.mac.slots=[{','.join(slots)}]",
     )
-    text = text_of("paper-d", slots, "link.mac.cycle_s=64")
     assert rows(text, "TDMA") == [["auv1", "0", "10"], ["auv1", "20", "10"], ["auv2", "40", "12"]]
     assert "cycle C = 64 s from mission time 0; 50% of it" in text
     auv1 = 10.0 + (20.0**2 + 44.0**2) / (2.0 * 64.0)

@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from grex_agent.mission import plan_mission, range_max_m
+from grex_agent.mission import plan_mission, range_max_m, range_min_m
 from grex_agent.path import Arc, Line
 from grex_link.errors import ConfigError
 from grex_link.scenario import decode
@@ -196,13 +196,12 @@ def test_depths_count_for_the_greatest_distance():
     assert range_max_m(plan_tracks({"auv1": below, "auv2": listed(line(10.0, 0.0))})) == pytest.approx(60.0)
 
 
-def test_the_plan_of_a_moment():
-    """Depth, speed and course of the plan at a progress are those of the track; beyond the last one they go on."""
-    team = plan_tracks({"auv1": listed(line(10.0, 0.0, 0.7, 3.0), line(10.0, 10.0, 0.9, 5.0))})
-    craft = team.craft["auv1"]
-    for progress, depth, speed, course in ((-0.5, 3, 0.7, 0), (0.9, 3, 0.7, 0), (1.0, 5, 0.9, 90), (7.5, 5, 0.9, 90)):
-        assert (craft.depth_m(progress), craft.speed_mps(progress)) == (depth, speed)
-        assert craft.course_rad(progress) == pytest.approx(math.radians(course))
+def test_least_distance():
+    """The least distance is found at an end of the tracks, and where craft meet in between."""
+    apart = {"auv1": listed(line(100.0, 0.0)), "auv2": listed(line(100.0, 75.0, 1.1, 40.0), start=(0.0, 30.0, 40.0))}
+    assert range_min_m(plan_tracks(apart)) == pytest.approx(50.0)
+    crossing = {"auv1": listed(line(100.0, 100.0)), "auv2": listed(line(0.0, 100.0, depth=8.0), start=(100.0, 0.0, 8.0))}
+    assert range_min_m(plan_tracks(crossing)) == pytest.approx(8.0, abs=0.1)
 
 
 # -- what cannot be planned ---------------------------------------------------------------------------------------

@@ -204,6 +204,11 @@ def test_live_says_each_state_at_once():
         assert outlet.states()[-1].tick == tick
 
 
+def wall_goes_on(node, now_s):
+    """Let the wall clock say that it is a later mission time."""
+    node.handle("clock", "auv1", Clock("start", unix_ns() - round(now_s * NS)))
+
+
 def test_overdue_fix():
     """When no fix has come for the fix timeout, the agent steps without: it holds, and says why."""
     node, outlet = live(12.0)
@@ -217,12 +222,42 @@ def test_overdue_fix():
 
 def test_fix_that_stopped():
     """When fixes stop, the next step counts on and calls the last fix stale."""
-    node, outlet = live(16.0)
+    node, outlet = live(10.0)
     node.handle("fix", "auv1", fix(10))
+    wall_goes_on(node, 16.0)
     node.on_deadline()
     assert outlet.ticks() == [10, 11]
     assert outlet.states()[-1].health == ["stale_fix"]
     assert outlet.states()[-1].t_ns == pytest.approx(16 * NS, abs=NS // 2)
+
+
+@pytest.mark.parametrize("offset_s", [-3000.0, -7.0, 0.0, 7.0, 3000.0])
+def test_the_alarm_does_not_depend_on_the_crafts_clock(offset_s):
+    """Fixes are overdue when none has come for so long, whatever the craft's clock says; the step is by that clock."""
+    node, outlet = live(100.0)
+    node.handle("fix", "auv1", fix(100, t_s=100.0 + offset_s))
+    assert outlet.states()[-1].health == []
+    assert node.wall_s_to_deadline() == pytest.approx(5.0, abs=0.5)
+    wall_goes_on(node, 104.0)
+    node.on_deadline()
+    assert outlet.ticks() == [100]
+    wall_goes_on(node, 106.0)
+    assert node.wall_s_to_deadline() == 0.0
+    node.on_deadline()
+    assert outlet.ticks() == [100, 101]
+    assert outlet.states()[-1].health == ["stale_fix"]
+    assert outlet.states()[-1].t_ns == pytest.approx((106.0 + offset_s) * NS, abs=NS // 2)
+
+
+@pytest.mark.parametrize("jump_s", [-50.0, 50.0])
+def test_a_clock_that_is_set_raises_no_alarm(jump_s):
+    """When GPS sets the clock, forward or back, the next fix is neither stale nor overdue."""
+    node, outlet = live(100.0)
+    node.handle("fix", "auv1", fix(100, t_s=100.0 - jump_s))
+    wall_goes_on(node, 101.0)
+    node.handle("fix", "auv1", fix(101))
+    assert [state.health for state in outlet.states()] == [[], []]
+    assert node.wall_s_to_deadline() == pytest.approx(5.0, abs=0.5)
 
 
 def test_not_yet_overdue():
@@ -266,8 +301,9 @@ class Watch:
 
 def test_time_never_runs_back():
     """An estimator is promised that time never decreases, even when a fix comes after the alarm for its delay."""
-    node, _ = live(12.0, estimator=f"{__name__}:Watch")
+    node, _ = live(6.0, estimator=f"{__name__}:Watch")
     node.handle("fix", "auv1", fix(6))
+    wall_goes_on(node, 12.0)
     node.on_deadline()
     node.handle("fix", "auv1", fix(7))
     node.handle("fix", "auv1", fix(13))

@@ -283,27 +283,41 @@ def changed(document, path, value):
         return None
 
 
-WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2"]
+WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable"]
 
 
 def test_fingerprint_changes_with_any_value(text: str) -> None:
     """No two scenarios that differ in any value have the same fingerprint."""
     slot = "link.mac={type='tdma',slots=[{craft='auv1', start_s=0.0, length_s=10.0}]}"
-    more = ["duration_s=9", "link.seed=3", "link.mac.cycle_s=90", "sea.known_current_ned_mps=[0, 0, 0]"]
+    more = [
+        "duration_s=9",
+        "link.seed=3",
+        "link.mac.cycle_s=90",
+        "link.burst={loss=0.1, mean_length_s=9.0}",
+        "link.shadowing={sigma_db=3.0}",
+        "link.jammers=[{position_ned_m=[0, 0, 0], source_level_db=150}]",
+        "link.outages=[{craft='auv1', start_s=1, end_s=2}]",
+        "link.land=[{between=['auv1', 'auv3']}]",
+        "link.water.layers=[[0, 1490], [30, 1480]]",
+        "craft.auv1.self_noise={level_db=90}",
+        "craft.auv3.modem={type='serial', port='/dev/ttyS0'}",
+        "sea.known_current_ned_mps=[0, 0, 0]",
+    ]
     scenario = loads(text, [slot, *more, "bus.endpoints=['tcp/h:1']"])
     document = msgspec.json.decode(msgspec.json.encode(scenario))
     seen = {fingerprint(scenario)}
     tried = 0
     for path, value in leaves(document):
-        others = [*WORDS, "tcp/h:2"] if isinstance(value, str) else [value + 1, value * 0.9, value + 0.5]
+        number = 1.0 if value is None else value
+        others = [*WORDS, "tcp/h:2"] if isinstance(value, str) else [number + 1, number * 0.9, number + 0.5]
         variants = [changed(document, path, other) for other in others if other != value]
         variant = next((variant for variant in variants if variant is not None), None)
         if variant is None:
-            assert path[-1] == "type", path
+            assert path[-1] in {"type", "model", "driver"}, path
             continue
         tried += 1
         seen.add(fingerprint(variant))
-    assert tried > 100
+    assert tried > 150
     assert len(seen) == tried + 1
 
 

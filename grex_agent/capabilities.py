@@ -1,0 +1,144 @@
+"""Can this modem do what the plan needs? An agent that finds it cannot does not start."""
+
+from collections.abc import Callable
+
+from grex_agent.mission import TeamPlan, range_min_m
+from grex_link.config import Scenario, SerialModem
+from grex_link.errors import ConfigError, WireError
+from grex_link.profile import ModemProfile, Protocol, load_profile, profile_names
+from grex_link.wire import BITS, Form, choose_form
+
+
+def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile) -> None:
+    """Refuse what cannot work, before anything starts.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The run: its team, its modems, and everything said about the link between them.
+    plan : TeamPlan
+        What the team is to do.
+    profile : ModemProfile
+        What its modems can do.
+
+    Raises
+    ------
+    ConfigError
+        With the path of what cannot be, and what would do.
+    """
+    _check_team(scenario, profile)
+    state_form(scenario, profile)
+    _check_reach(scenario, plan, profile)
+    _check_serial_modems(scenario)
+    _check_times_and_names(scenario)
+    _check_burst(scenario)
+
+
+def state_form(scenario: Scenario, profile: ModemProfile) -> Form:
+    """Choose how a team state goes on the air.
+
+    Raises
+    ------
+    ConfigError
+        If the modem carries no form of it, or not the one wanted.
+    """
+    wanted = scenario.link.message
+    try:
+        return choose_form(profile.bits_max, wanted)
+    except WireError as error:
+        fit = [form for form, bits in BITS.items() if bits <= profile.bits_max]
+        if fit:
+            raise ConfigError("$.link.message", f"{error}; 'auto' would do, that is {fit[0]!r}") from None
+        raise ConfigError("$.link.profile", f"{scenario.link.profile} carries no team state: {error}") from None
+
+
+def _check_reach(scenario: Scenario, plan: TeamPlan, profile: ModemProfile) -> None:
+    """Refuse a modem that is not heard over any distance of the plan."""
+    reach_m = heard_up_to_m(profile)
+    if len(scenario.craft) < 2 or reach_m is None:
+        return
+    nearest_m = range_min_m(plan)
+    if nearest_m > reach_m:
+        raise ConfigError(
+            "$.link.profile",
+            f"{scenario.link.profile} is not heard beyond {reach_m:g} m, and the plan keeps all craft at least "
+            f"{nearest_m:.0f} m apart",
+        )
+
+
+def heard_up_to_m(profile: ModemProfile) -> float | None:
+    """Distance beyond which a modem is never heard, whatever the noise; None if its profile gives none."""
+    limits = [profile.range_max_m] if profile.range_max_m is not None else []
+    if profile.range_pdr is not None:
+        limits.append(profile.range_pdr.range_m[-1])
+    if isinstance(profile.reception, Protocol):
+        limits.append(min(profile.reception.communication_m, profile.reception.detection_m))
+    return min(limits, default=None)
+
+
+def _check_team(scenario: Scenario, profile: ModemProfile) -> None:
+    name, size = scenario.link.profile, len(scenario.craft)
+    if size > 2 and not profile.broadcast:
+        others = _others(lambda other: other.broadcast)
+        raise ConfigError(
+            "$.link.profile", f"{name} serves a pair, it has no broadcast; for {size} craft there are {others}"
+        )
+    most = profile.addresses_max
+    if most is not None and size > most:
+        others = _others(lambda other: other.addresses_max is None or other.addresses_max >= size)
+        raise ConfigError("$.link.profile", f"{name} has {most} addresses; for {size} craft there are {others}")
+
+
+def _others(able: Callable[[ModemProfile], bool]) -> str:
+    return ", ".join(name for name in profile_names() if able(load_profile(name)))
+
+
+def _check_serial_modems(scenario: Scenario) -> None:
+    """Check that real modems are not hurried, and that nobody on the air has another's address."""
+    taken: dict[int, str] = {}
+    for place, (craft, config) in enumerate(scenario.craft.items()):
+        if not isinstance(config.modem, SerialModem):
+            continue
+        if scenario.clock.pace not in {"live", 1.0}:
+            raise ConfigError(
+                f"$.craft.{craft}.modem",
+                f"a real modem runs with the wall clock, not at clock.pace {scenario.clock.pace!r}; 'live' would do",
+            )
+        address = place if config.modem.address is None else config.modem.address
+        if address in taken:
+            raise ConfigError(f"$.craft.{craft}.modem.address", f"{address} is the address of {taken[address]}, too")
+        taken[address] = craft
+
+
+def _check_times_and_names(scenario: Scenario) -> None:
+    link = scenario.link
+    for number, outage in enumerate(link.outages):
+        _check_craft(scenario, outage.craft, f"$.link.outages[{number}].craft")
+        _check_end(outage.start_s, outage.end_s, f"$.link.outages[{number}].end_s")
+    for number, jammer in enumerate(link.jammers):
+        _check_end(jammer.start_s, jammer.end_s, f"$.link.jammers[{number}].end_s")
+    for number, land in enumerate(link.land):
+        for side, craft in enumerate(land.between):
+            _check_craft(scenario, craft, f"$.link.land[{number}].between[{side}]")
+        if land.between[0] == land.between[1]:
+            raise ConfigError(f"$.link.land[{number}].between", f"{craft} needs no link to itself; name two craft")
+
+
+def _check_craft(scenario: Scenario, craft: str, path: str) -> None:
+    if craft not in scenario.craft:
+        raise ConfigError(path, f"unknown craft {craft!r}; there are {', '.join(scenario.craft)}")
+
+
+def _check_end(start_s: float, end_s: float, path: str) -> None:
+    if end_s <= start_s:
+        raise ConfigError(path, f"{end_s:g} s is not after start_s = {start_s:g} s")
+
+
+def _check_burst(scenario: Scenario) -> None:
+    burst = scenario.link.burst
+    if burst is not None and not burst.loss_good <= burst.loss <= burst.loss_bad:
+        raise ConfigError(
+            "$.link.burst.loss",
+            f"{burst.loss:g} is no mean of loss_good {burst.loss_good:g} and loss_bad {burst.loss_bad:g}; "
+            "it must lie between them",
+        )
