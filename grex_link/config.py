@@ -288,7 +288,7 @@ class RangingErrors(Config, frozen=True):
 class LinkConfig(Config, frozen=True):
     """The water between the craft, and who may speak when."""
 
-    profile: Annotated[str, Meta(min_length=1, max_length=200)] = "grex2008"
+    profile: Annotated[str, Meta(pattern=r"^[^\r\n]+\Z", max_length=200)] = "grex2008"
     """Name of a modem profile, or path of your own ``file.toml``."""
     loss: Probability = 0.0
     """Probability that a datagram is lost on the way to one receiver, besides all else."""
@@ -432,3 +432,8 @@ class Scenario(Config, frozen=True, kw_only=True):
     def link_seed(self) -> int:
         """Seed of the link's draws."""
         return self.seed if self.link.seed is None else self.link.seed
+
+    @property
+    def serial_craft(self) -> list[str]:
+        """Craft whose modem is a real one on a serial port: their sound is not in the emulated water."""
+        return [craft for craft, config in self.craft.items() if isinstance(config.modem, SerialModem)]

@@ -39,12 +39,12 @@ class Emulator:
         self._team = list(scenario.craft)
         self._tick_ns = tick_ns(scenario.clock.tick_s)
         self._config = scenario.clock
+        self._elsewhere = frozenset(scenario.serial_craft)
         self._requests: dict[str, dict[int, Request]] = {craft: {} for craft in self._team}
         self._taken = [0] * len(self._team)
         self._steps: list[Step] = []
         self._sent = dict.fromkeys(self._team, 0)
         self._clock: WallClock | None = None
-
         self._ledger = Ledger(self._team)
         self._lines: deque[LinkEvent] = deque()
         """Reported, and not yet in the ledger."""
@@ -52,6 +52,7 @@ class Emulator:
         self._ledger_step_ns = max(self._tick_ns, round(scenario.link.ledger_s * NS))
         self._ledger_ns = 0
         """Time of the newest ledger."""
+
     def handle(self, topic: str, craft: str, message: Any) -> None:
         """Take one message from the bus."""
         if topic == "modem_tx":
@@ -61,9 +62,9 @@ class Emulator:
         elif topic == "truth":
             if not self._config.lockstep:
                 self._place(message)
-        elif topic == "clock":
                 if message.t_ns >= self._ledger_ns + self._ledger_step_ns:
                     self.on_deadline()
+        elif topic == "clock":
             self._on_clock(message)
         elif topic == "presence":
             self._on_presence(message)
@@ -124,6 +125,8 @@ class Emulator:
     def _request(self, craft: str, request: Request) -> None:
         if craft not in self._requests:
             log.warn("a transmission of a craft that is not in the scenario was dropped", craft=craft)
+        elif craft in self._elsewhere:
+            return
         elif self._config.lockstep:
             self._requests[craft][request.seq] = request
             self._work()
@@ -141,15 +144,12 @@ class Emulator:
         lines = self._medium.log(log_before_ns)
         times: list[list[int]] = [[] for _ in self._team]
         for t_ns, craft, event in events:
+            if craft in self._elsewhere:
+                continue
             self._publish((t_ns, craft, event))
             times[self._team.index(craft)].append(t_ns)
         if tick >= 0 or lines or events:
             self._outlet.put("report", "", LinkReport(tick, times, lines))
-
-    def _publish(self, due: Due) -> None:
-        t_ns, craft, event = due
-        local_ns = self._clocks.craft[craft].local_ns(t_ns)
-        self._outlet.put("modem_rx", craft, ModemEvent(self._sent[craft], local_ns, event))
         self._final_ns = log_before_ns
         self._lines += lines
         while self._ledger_ns + self._ledger_step_ns <= log_before_ns:
@@ -161,24 +161,24 @@ class Emulator:
             self._ledger.note(self._lines.popleft())
         self._outlet.put("ledger", "", self._ledger.snapshot(t_ns))
         self._ledger_ns = t_ns
+
+    def _publish(self, due: Due) -> None:
+        t_ns, craft, event = due
+        local_ns = self._clocks.craft[craft].local_ns(t_ns)
+        self._outlet.put("modem_rx", craft, ModemEvent(self._sent[craft], local_ns, event))
         self._sent[craft] += 1
 
     def _on_clock(self, message: Clock) -> None:
         if message.phase == "bye":
             self.done = True
+            self._close_ledger(message.t_ns)
             if message.reason:
                 raise GrexError(f"sim ended the run: {message.reason}")
             return
         self.started = True
         if not self._config.lockstep:
-            self._close_ledger(message.t_ns)
             self._clock = WallClock(self._config.factor, message.epoch_unix_ns)
 
-    def _on_presence(self, message: Presence) -> None:
-        if message.who == "sim" and not message.alive and not self.done:
-            raise FaultError("sim", "left the bus without saying goodbye", self._now_s())
-
-    def _now_s(self) -> float | None:
     def _close_ledger(self, end_ns: int) -> None:
         """Publish the last ledger: of what is final in lockstep, else of what there was until the mission was over."""
         if self._clock is not None:
@@ -188,4 +188,9 @@ class Emulator:
         if end_ns > self._ledger_ns:
             self._publish_ledger(end_ns)
 
+    def _on_presence(self, message: Presence) -> None:
+        if message.who == "sim" and not message.alive and not self.done:
+            raise FaultError("sim", "left the bus without saying goodbye", self._now_s())
+
+    def _now_s(self) -> float | None:
         return None if self._clock is None else self._clock.now_ns() / NS

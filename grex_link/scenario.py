@@ -11,7 +11,7 @@ import msgspec
 
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
-from grex_link.topics import RESERVED
+from grex_link.topics import is_reserved
 
 _UNKNOWN = re.compile(r"Object contains unknown field `(.+?)`", re.DOTALL)
 _MISSING = re.compile(r"Object missing required field `(.+?)`")
@@ -147,7 +147,7 @@ def _one_entry_each(document: dict[str, Any], keys: list[str]) -> Iterator[tuple
 def _check_names(scenario: Scenario) -> None:
     """Check what one table says about another."""
     for craft in scenario.craft:
-        if craft in RESERVED:
+        if is_reserved(craft):
             raise ConfigError(
                 f"$.craft.{craft}", "this name is taken by another participant on the bus; choose another"
             )

@@ -12,6 +12,22 @@ Role = Literal["frontseat", "agent", "modem", "sim", "link"]
 
 #: Names a craft may not have: they are the places of other participants on the bus.
 RESERVED = frozenset({"sim", "link", "up", "truth"})
+_MODEM = "modem_"
+
+
+def is_reserved(name: str) -> bool:
+    """Whether a craft may not have this name."""
+    return name in RESERVED or name.startswith(_MODEM)
+
+
+def modem_place(craft: str) -> str:
+    """Place on the bus of the driver of a craft's own modem."""
+    return _MODEM + craft
+
+
+def craft_of(who: str) -> str:
+    """Craft that a participant belongs to."""
+    return who.removeprefix(_MODEM)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +80,11 @@ TOPICS: dict[str, Topic] = {
         Topic("state", "{craft}/state", m.AgentStates, ("agent",), ("sim",), "tick",
               recorded=m.AgentState),
         Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=None, flush=False),
-        Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "link"), "event", recorded=None),
+        Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "modem", "link"), "event", recorded=None),
         Topic("truth", "truth", m.Truth, ("sim",), ("link",), "tick", recorded=m.Truth),
         Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=None),
         Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=None),
+        Topic("ledger", "link/ledger", m.LinkLedger, ("link",), ("sim",), "event", recorded=m.LinkLedger),
         Topic("link_event", "link/event", m.LinkEvent, (), (), "event", recorded=m.LinkEvent),
     )
 }  # fmt: skip
@@ -84,7 +101,6 @@ def presence_key(team: str, who: str, scenario: str) -> str:
 
 
 def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
-        Topic("ledger", "link/ledger", m.LinkLedger, ("link",), ("sim",), "event", recorded=m.LinkLedger),
     """Return (topic, craft) pairs that a participant reads; ``*`` for all craft.
 
     The craft is ``""`` for a topic that there is once.
@@ -92,14 +108,14 @@ def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
     Parameters
     ----------
     role : str
-        ``agent``, ``link`` or ``sim``.
+        ``agent``, ``modem``, ``link`` or ``sim``.
     who : str
-        Its place on the bus: the craft's name for an agent, else the role.
+        Its place on the bus: the craft's name for an agent, `modem_place` for a modem's driver, else the role.
     """
     pairs = []
     for topic in TOPICS.values():
         if role in topic.readers:
-            # An agent reads its own craft's keys; the clock is everyone's own; the bench reads those of all craft.
-            own = role == "agent" or topic.name == "clock"
-            pairs.append((topic.name, "" if not topic.per_craft else who if own else "*"))
+            # What is aboard reads its own craft's keys; the clock is everyone's own; the bench reads all craft's keys.
+            craft = who if topic.name == "clock" else craft_of(who) if role in {"agent", "modem"} else "*"
+            pairs.append((topic.name, craft if topic.per_craft else ""))
     return pairs

@@ -2,7 +2,7 @@
 
 import datetime as dt
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from grex_agent.__main__ import agent
+from grex_agent.modem.__main__ import modem
 from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
@@ -221,6 +222,30 @@ def modems(
     print(show(name, Use(payload, range_m, craft), json=as_json))  # noqa: T201
 
 
+def link_stats(
+    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")],
+    as_json: AsJson = False,  # noqa: FBT002
+) -> None:
+    """Print what became of every transmission of a run: losses, latency and age of information of each directed link.
+
+    Parameters
+    ----------
+    run
+        The run's folder, or its run.mcap; one that was cut off will do.
+    as_json
+        Print one JSON object instead of text.
+    """
+    import msgspec
+
+    from grex_sim.link_stats import link_stats as read_stats
+    from grex_sim.link_stats_text import as_text
+
+    stats = read_stats(run)
+    print(msgspec.json.encode(stats).decode() if as_json else as_text(stats))  # noqa: T201
+
+
+LINK_STATS = "link stats"
+
 COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
@@ -230,7 +255,10 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "modems": modems,
     "example": example,
     "agent": agent,
+    "modem": modem,
     "link": link,
+    # A name of two words, as which `_join` passes `grex link stats`: `grex link` itself takes a scenario.
+    LINK_STATS: link_stats,
     "sim": sim,
 }
 
@@ -241,11 +269,18 @@ def main() -> None:
     run_process(
         lambda: tyro.extras.subcommand_cli_from_dict(
             COMMANDS,
+            args=_join(sys.argv[1:]),
             prog="grex",
             description="Team navigation and control for craft that share a sound channel.",
             config=(tyro.conf.FlagCreatePairsOff,),
         )
     )
+
+
+def _join(arguments: Sequence[str]) -> list[str]:
+    """Make one argument of a command of two words."""
+    words = LINK_STATS.split()
+    return [LINK_STATS, *arguments[2:]] if [*arguments[:2]] == words else [*arguments]
 
 
 def _stamp() -> str:

@@ -11,6 +11,7 @@ from grex_link.errors import BusError, FaultError
 from grex_link.messages import Clock, LinkReport, Presence
 from grex_link.node import Outlet
 from grex_link.scenario import fingerprint
+from grex_link.topics import craft_of, modem_place
 from grex_link.units import NS, tick_ns
 from grex_sim.logbook import Logbook
 from grex_sim.sea import Sea
@@ -44,7 +45,8 @@ class Hub:
         self.started_at: float | None = None
         self._outlet = outlet
         self._team = list(scenario.craft)
-        self._everybody = [*self._team, "link"]
+        modems = [modem_place(craft) for craft in scenario.serial_craft]
+        self._everybody = [*self._team, *modems, "link"]
         self._fingerprint = fingerprint(scenario)
         self._present: set[str] = set()
         self._config = scenario.clock
@@ -64,12 +66,12 @@ class Hub:
         return self._sea.truth.t_ns / NS
 
     @property
-    def started(self) -> bool:
-    @property
     def end_ns(self) -> int:
         """Mission time of the last tick, nanoseconds."""
         return self._last_tick * self._tick_ns
 
+    @property
+    def started(self) -> bool:
         """Whether the mission has started."""
         return self.started_at is not None
 
@@ -87,9 +89,9 @@ class Hub:
                 self._logbook.link_events([event for event in message.log if event.t_ns < self.end_ns])
             else:
                 self._on_report(message)
-        elif craft in self._team:
-            self._logbook.message(topic, craft, message)
         elif topic == "ledger":
+            self._logbook.message(topic, craft, message)
+        elif craft in self._team:
             self._logbook.message(topic, craft, message)
             if topic == "setpoint" and not self.done:
                 self._on_setpoint(craft, message)
@@ -171,4 +173,7 @@ class Hub:
 
     @staticmethod
     def _name(who: str) -> str:
-        return "link" if who == "link" else f"agent {who}"
+        if who == "link":
+            return "link"
+        craft = craft_of(who)
+        return f"agent {craft}" if craft == who else f"modem {craft}"

@@ -1,4 +1,4 @@
-"""Launches a run as processes – one a craft, the link, the simulator – watches them, and leaves none behind."""
+"""Launches a run as processes – agents, modem drivers, link, simulator – watches them, and leaves none behind."""
 
 import json
 import os
@@ -52,6 +52,7 @@ class Launch:
             "sim": ["grex_sim", "sim", *arguments, "--out", str(out), "--json"],
             "link": ["grex_link", *arguments],
             **{f"agent {craft}": ["grex_agent", *arguments, "--craft", craft] for craft in scenario.craft},
+            **{f"modem {craft}": ["grex_agent.modem", *arguments, "--craft", craft] for craft in scenario.serial_craft},
         }
 
     def __enter__(self) -> Self:

@@ -7,12 +7,13 @@ import msgspec
 
 from grex_agent.core import AgentCore
 from grex_agent.mission import TeamPlan, plan_mission
+from grex_agent.modem.micromodem_rates import check_serial_modems
 from grex_agent.shell import Agent
 from grex_link import clock
 from grex_link.bus import MemoryBus, ZenohBus, serve
 from grex_link.config import Scenario
 from grex_link.emulator import Emulator
-from grex_link.errors import FaultError
+from grex_link.errors import ConfigError, FaultError
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
 from grex_sim.hub import Hub, Progress
@@ -34,6 +35,7 @@ def check_scenario(scenario: Scenario) -> TeamPlan:
     ConfigError
         With the path of the fault.
     """
+    check_serial_modems(scenario)
     plan = plan_mission(scenario)
     AgentCore(scenario, next(iter(scenario.craft)))
     return plan
@@ -42,6 +44,10 @@ def check_scenario(scenario: Scenario) -> TeamPlan:
 def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress) -> Summary:
     """Run everybody in this process, on the memory bus."""
     plan = check_scenario(scenario)
+    for craft in scenario.serial_craft:
+        raise ConfigError(
+            f"$.craft.{craft}.modem.type", "a serial modem needs its own process: run without --in-process"
+        )
     bus = MemoryBus()
 
     def play(hub: Hub) -> None:

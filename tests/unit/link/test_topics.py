@@ -4,7 +4,7 @@ import pytest
 import zenoh
 
 from grex_link import messages
-from grex_link.topics import RESERVED, TOPICS, key, presence_key, subscriptions
+from grex_link.topics import RESERVED, TOPICS, is_reserved, key, modem_place, presence_key, subscriptions
 
 TEAM = ["auv1", "auv2", "auv3"]
 ROWS = list(TOPICS.values())
@@ -31,10 +31,16 @@ def test_no_agent_reads_anothers_keys_or_the_truth(who: str) -> None:
 
 
 def test_four_keys_are_the_hardware_boundary() -> None:
-    """Between a craft's hardware and its agent there are fix, setpoint, modem/tx and modem/rx."""
+    """Between a craft's hardware and its agent there are fix, setpoint, modem/tx and modem/rx; and the bench's clock."""
     hardware = {"frontseat", "modem"}
-    boundary = {row.key for row in ROWS if hardware & {*row.writers, *row.readers}}
+    boundary = {row.key for row in ROWS if hardware & {*row.writers, *row.readers} and row.name != "clock"}
     assert boundary == {"{craft}/fix", "{craft}/setpoint", "{craft}/modem/tx", "{craft}/modem/rx"}
+
+
+def test_a_modem_driver_reads_its_craft_and_the_clock() -> None:
+    """The driver of a craft's own modem hears that craft's requests and its own clock, and no craft has its name."""
+    assert keys_read("modem", modem_place("auv2")) == {"grex/grex/auv2/modem/tx", "grex/grex/modem_auv2/clock"}
+    assert is_reserved(modem_place("auv2"))
 
 
 def test_the_link_reads_all_transmissions_and_the_truth() -> None:

@@ -1,0 +1,1 @@
+"""The agent's modem: the port it speaks through, and the driver of a real one."""
