@@ -4,6 +4,7 @@ import json
 import math
 import sys
 
+import msgspec
 import pytest
 
 from grex_link.profile import load_profile, profile_names
@@ -75,6 +76,25 @@ def test_signal():
     """Signal to noise is source level less 15 log r, absorption and noise in the band (nm3 at 1 km, by hand)."""
     # 168 - 45 - 6.175 (Ainslie and McColm at 28 kHz) - 37.59 (Wenz at 5 m/s) - 39.03 (8 kHz)
     assert comes_to("nm3", range_m=1000.0).snr_db == pytest.approx(40.2, abs=0.1)
+
+
+def test_a_profiles_own_water():
+    """Noise and spreading that a profile is defined with take the place of the sea's: by hand, at 100 m."""
+    changes = {"noise_psd_db": 60.0, "spreading": 2.0}
+    profile = msgspec.structs.replace(load_profile("nm3"), **changes)
+    # 168 - 40 - 0.62 - 60 - 39.03
+    assert figures("own", profile, Use(range_m=100.0)).snr_db == pytest.approx(28.35, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "heard"),
+    [("range_max_m", 499.0, 0.0), ("range_max_m", 500.0, 0.999),
+     ("acquisition_sinr_db", 60.0, 0.0), ("acquisition_sinr_db", 40.0, 0.999)],
+)  # fmt: skip
+def test_limits_of_a_profile(limit, value, heard):
+    """Beyond the profile's reach, and below what it locks to, nothing is heard (nm3 at 500 m: 48 dB)."""
+    profile = msgspec.structs.replace(load_profile("nm3"), **{limit: value})
+    assert figures("own", profile, USE).delivery == pytest.approx(heard)
 
 
 @pytest.mark.parametrize(

@@ -51,10 +51,13 @@ def summed(speed_mps, start_m, end_m, steps=400_000):
         (17.0, 33.6, 1.0, 1511.2, 0.05),  # published: two examples that come with an Octave function of it
         (3.51, 33.51, 1200.0, 1482.3, 0.05),
         (0.0, 35.0, 0.0, 1448.96, 1e-12),  # the equation's own constant
+        (2.0, 25.0, 8000.0, 1585.1257056, 1e-7),  # recomputed with 40 decimal digits
+        (30.0, 40.0, 4000.0, 1617.0356120, 1e-7),
+        (10.0, 38.5, 120.0, 1496.0930497, 1e-7),
     ],
 )
 def test_sound_speed(temperature_c, salinity_ppt, depth_m, speed_mps, within):
-    """Mackenzie's equation gives the published speeds."""
+    """Mackenzie's equation gives the published speeds, and at its limits what 40 decimal digits give."""
     assert sound_speed_mackenzie(temperature_c, salinity_ppt, depth_m) == pytest.approx(speed_mps, abs=within)
 
 

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from grex_link.errors import ConfigError
-from grex_link.profile import BitErrors, ErrorTable, ModemProfile, load_profile, profile_names
+from grex_link.profile import BitErrors, ErrorTable, ModemProfile, Threshold, load_profile, profile_names
 
 #: What the table of modems (acoustic-link §1) marks as assumed, and what we had to assume besides.
 ASSUMED = {
@@ -141,6 +141,64 @@ def test_bands(name, low_hz, high_hz):
     assert (profile.frequency_hz - profile.bandwidth_hz / 2, profile.frequency_hz + profile.bandwidth_hz / 2) == (
         pytest.approx(low_hz), pytest.approx(high_hz),
     )  # fmt: skip
+
+
+PSK1 = {-7.96: 1.0, -7.6: 0.937, -7.23: 0.727, -6.85: 0.17, -6.44: 0.02, -6.01: 0.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "frame_bytes", "points"),
+    [
+        ("umodem_psk1", 64, PSK1),
+        ("umodem_psk3", 256, {-2.92: 1.0, -2.28: 0.91, -1.59: 0.57, -0.83: 0.115, 0.004: 0.025}),
+        ("umodem_psk5", 256, {3.1: 1.0, 4.44: 0.135, 6.02: 0.0}),
+        ("umodem_psk6", 32, PSK1),
+        (
+            "nm3",
+            None,
+            {-2.0: 1.0, -1.0: 0.8, 0.0: 0.4, 1.0: 0.23, 2.0: 0.09, 3.0: 0.03, 4.0: 0.01, 5.0: 0.003, 6.0: 0.001},
+        ),
+    ],
+)
+def test_error_tables(name, frame_bytes, points):
+    """Error rates over SNR are the published ones, of frames where they are of frames."""
+    table = load_profile(name).reception
+    assert dict(zip(table.sinr_db, table.per, strict=True)) == points
+    assert table.frame_bytes == frame_bytes
+
+
+@pytest.mark.parametrize(
+    ("name", "sinr_db"),
+    [("s2c_im", 3.0), ("s2c_burst", 8.0), ("janus", -2.0), ("seatrac_x150", 0.0), ("waterlinked_m64", 5.0),
+     ("atm900", 3.0), ("popoto", 0.0), ("ahoi", 0.0), ("umodem_fsk0", 0.0)],
+)  # fmt: skip
+def test_thresholds(name, sinr_db):
+    """Where nobody has published error rates a threshold takes their place, and is marked as assumed."""
+    profile = load_profile(name)
+    assert profile.reception == Threshold(sinr_db=sinr_db)
+    assert "reception.sinr_db" in profile.assumed
+
+
+@pytest.mark.parametrize(
+    ("name", "level_db"),
+    [("umodem_fsk0", 185.0), ("umodem_psk6", 185.0), ("s2c_im", 184.0), ("s2c_burst", 184.0), ("nm3", 168.0),
+     ("ahoi", 166.0), ("janus", 183.0), ("seatrac_x150", 176.0), ("waterlinked_m64", 155.0), ("atm900", 185.0)],
+)  # fmt: skip
+def test_source_levels(name, level_db):
+    """Source levels are those of the table of modems."""
+    assert load_profile(name).source_level_db == level_db
+
+
+def test_ahoi_tables():
+    """What DESERT measured with ahoi: shares over range and over interference."""
+    profile = load_profile("ahoi")
+    assert dict(zip(profile.range_pdr.range_m, profile.range_pdr.pdr, strict=True)) == {
+        12.0: 0.95, 24.0: 0.7, 46.0: 0.885, 99.0: 0.99, 152.0: 0.515, 200.0: 0.0,
+    }  # fmt: skip
+    survive = dict(zip(profile.interference_pdr.sir_db, profile.interference_pdr.pdr, strict=True))
+    assert {sir_db: round(survive[sir_db], 3) for sir_db in (0.0, 2.0412, 2.3045, 2.5527)} == {
+        0.0: 0.0, 2.0412: 0.315, 2.3045: 0.707, 2.5527: 1.0,
+    }  # fmt: skip
 
 
 def test_what_modems_cannot():
