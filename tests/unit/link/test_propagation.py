@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from grex_link.acoustics import Water
+from grex_link.acoustics import Water, absorption_ainslie_mccolm
 from grex_link.config import ShadowingConfig, WaterConfig
 from grex_link.propagation import Propagation, Shadowing
 from grex_link.units import NS
@@ -29,6 +29,15 @@ def test_paths() -> None:
     assert paths.gap_ns == np.diff(paths.delay_ns).tolist()
     levels = [185.0 - 15.0 * math.log10(max(r, 1.0)) - ALPHA * r / 1000.0 for r in (0.5, 150.0, 5000.0)]
     assert paths.level_db.tolist() == pytest.approx(levels, abs=1e-9)
+
+
+def test_absorption_at_depth() -> None:
+    """Absorption is that of the mean depth of a path."""
+    some = propagation([(0.0, 0.0, 500.0), (3000.0, 0.0, 2500.0)], WaterConfig())
+    absorption = float(absorption_ainslie_mccolm(25.0, 10.0, 35.0, 8.0, 1.5))
+    length_m = math.hypot(3000.0, 2000.0)
+    level_db = 185.0 - 15.0 * math.log10(length_m) - absorption * length_m / 1000.0
+    assert some.paths(0, 0).level_db.tolist() == pytest.approx([level_db], abs=1e-9)
 
 
 def test_there_and_back() -> None:

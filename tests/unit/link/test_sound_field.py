@@ -82,6 +82,13 @@ def test_acquisition(level_db: float, reason: str) -> None:
     assert [fate for *_, fate in field.at(1)] == [reason]
 
 
+def test_exactly_at_the_threshold() -> None:
+    """A SINR that is exactly the threshold is not above it."""
+    field = Field(acquisition_db=0.0)
+    field.send(0, 0, "x", level_db=NOISE_DB)
+    assert [fate for *_, fate in field.at(1)] == ["missed_snr"]
+
+
 def test_acquisition_with_interference() -> None:
     """A sound that begins while another is there, to which nobody locked, is weighed against it, too."""
     field = Field()
