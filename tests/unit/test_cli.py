@@ -1,12 +1,17 @@
 """The console, from its arguments to what it prints and its exit status."""
 
 import json
+import re
 import sys
+import tomllib
+import typing
+from importlib.resources import files
 
 import pytest
 from missions import SCENARIOS
 
-from grex_link.scenario import loads
+from grex_link.config import Config, PureAloha, Scenario, SerialModem, SlottedAloha
+from grex_link.scenario import decode, loads
 from grex_sim import cli
 
 PAPER = str(SCENARIOS / "paper-d.toml")
@@ -134,6 +139,49 @@ def test_example_is_a_sound_scenario(grex):
     status, out, _ = grex("example")
     assert status == 0
     assert loads(out).craft
+
+
+def tables_of(kind):
+    """Return all tables of the scenario below a type, itself included."""
+    found = {kind} if isinstance(kind, type) and issubclass(kind, Config) else set()
+    inner = typing.get_type_hints(kind, include_extras=False).values() if found else typing.get_args(kind)
+    return found.union(*map(tables_of, inner))
+
+
+def test_example_shows_every_field():
+    """Every field of every table of a scenario stands in the example, set or behind ``#:``."""
+    example = (files("grex_sim") / "example.toml").read_text(encoding="utf-8")
+    keys = re.findall(r"(?:^|[{,]|#:) *(\w+) *=", example, re.MULTILINE)
+    headers = re.findall(r"\[([a-z]\w*(?:\.\w+)*)\]", example)
+    shown = {*keys, *(part for header in headers for part in header.split("."))}
+    fields = {name for table in tables_of(Scenario) for name in table.__struct_fields__}
+    assert len(fields) > 130
+    assert fields <= shown, sorted(fields - shown)
+
+
+def test_example_shows_the_defaults():
+    """What the example sets is the default, but for what has none or is about its own mission."""
+    example = tomllib.loads((files("grex_sim") / "example.toml").read_text(encoding="utf-8"))
+    needed = {key: example[key] for key in ("title", "mission")} | {"craft": dict.fromkeys(example["craft"], {})}
+    assert decode(example) == decode(needed)
+
+
+def test_what_the_example_offers_is_accepted():
+    """What stands behind ``#:`` in the tables of the link and of a craft is accepted as it is."""
+    example = (files("grex_sim") / "example.toml").read_text(encoding="utf-8")
+    before, _, link = example.partition("[link] ")
+    aloha = re.search(r"(?:#: .*\n)*#: type = \"slotted_aloha\"(?:\n#: .*)+", link)
+    offered = link.replace(aloha[0], "").replace("slots = []", "").replace("#: known", "# known")
+    offered = re.sub(r"^modem = .*emulated.*$", "", offered, flags=re.MULTILINE)
+    scenario = loads(before + "[link] " + re.sub(r"^#: ?", "", offered, flags=re.MULTILINE))
+    taken = scenario.link
+    assert (taken.seed, taken.mac.guard_s, len(taken.mac.slots), taken.shadowing.sigma_db) == (7, 0.4, 3, 4.0)
+    assert (taken.burst.loss, len(taken.jammers), len(taken.outages), len(taken.land)) == (0.2, 1, 1, 1)
+    assert isinstance(scenario.craft["auv1"].modem, SerialModem)
+    assert scenario.craft["auv1"].self_noise.level_db == 100.0
+    kinds = aloha[0].replace("#: ", "").split("[link.mac]")[1:]
+    macs = [loads(f"{before}[link.mac]{kind}\n[craft.auv1]\n[craft.auv2]\n[craft.auv3]\n").link.mac for kind in kinds]
+    assert [type(mac) for mac in macs] == [SlottedAloha, PureAloha]
 
 
 def test_help_names_every_command(grex):

@@ -308,12 +308,12 @@ def test_fingerprint_changes_with_any_value(text: str) -> None:
     seen = {fingerprint(scenario)}
     tried = 0
     for path, value in leaves(document):
-        number = 1.0 if value is None else value
-        others = [*WORDS, "tcp/h:2"] if isinstance(value, str) else [number + 1, number * 0.9, number + 0.5]
+        number = 1 if value is None else value
+        others = [*WORDS, "tcp/h:2"] if isinstance(value, str) else [number + 1, number * 0.9, number + 0.5, not value]
         variants = [changed(document, path, other) for other in others if other != value]
         variant = next((variant for variant in variants if variant is not None), None)
         if variant is None:
-            assert path[-1] in {"type", "model", "driver"}, path
+            assert path[-1] in {"type", "model", "driver", "self_noise"}, path
             continue
         tried += 1
         seen.add(fingerprint(variant))
