@@ -9,6 +9,8 @@ from grex_link.units import NS
 #: Openings are asked of the MAC this far ahead.
 _AHEAD_NS = 10 * NS
 _JUMP_NS = 60 * NS
+#: An opening so little before it was looked at is still used; the guard has room for as much.
+LATE_NS = NS // 100
 
 
 class Openings:
@@ -26,6 +28,8 @@ class Openings:
 
     Attributes
     ----------
+    owned : int
+        Openings so far, those that were missed included.
     next_ns : int
         There is no opening to take before this.
     restart_ns : int
@@ -36,10 +40,11 @@ class Openings:
         self._mac, self._craft = mac, craft
         self._ahead: deque[int] = deque()
         self._looked_ns = self._covered_ns = -sys.maxsize
+        self.owned = 0
         self.next_ns = self.restart_ns = -sys.maxsize
 
     def take(self, now_ns: int, before_ns: int) -> list[int]:
-        """Take the openings before a time that have not been taken yet, in order; some may have passed.
+        """Take the openings before a time that have not been taken yet, in order; those that have passed are missed.
 
         Parameters
         ----------
@@ -55,7 +60,10 @@ class Openings:
             self._looked_ns = until_ns
         taken = []
         while self._ahead and self._ahead[0] < before_ns:
-            taken.append(self._ahead.popleft())
+            opening_ns = self._ahead.popleft()
+            self.owned += 1
+            if opening_ns >= now_ns - LATE_NS:
+                taken.append(opening_ns)
         self._covered_ns = max(self._covered_ns, before_ns)
         self.restart_ns = self._covered_ns - _JUMP_NS
         self.next_ns = self._ahead[0] if self._ahead else self._looked_ns

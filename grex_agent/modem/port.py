@@ -18,13 +18,11 @@ superseded nor expired. It is ``SENT`` or ``DELIVERED`` when all fragments are, 
 
 import sys
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import msgspec
-
-from grex_agent.modem.fragments import FRAGMENTS_MAX, Reassembly, data_bytes, split
+from grex_agent.modem.abilities import Abilities, Capabilities
+from grex_agent.modem.inbox import Inbox
 from grex_agent.modem.openings import Openings
 from grex_agent.modem.outbox import Outbox
 from grex_agent.modem.queue import Item
@@ -34,7 +32,6 @@ from grex_link.messages import (
     BadFrame,
     Happening,
     ModemEvent,
-    ModemStatus,
     PortLedger,
     RangeResult,
     Received,
@@ -47,41 +44,10 @@ from grex_link.units import NS
 #: Gives the newest payload of at most so many bytes, or None if there is nothing to tell.
 Pull = Callable[[int], bytes | None]
 
-#: A slot that opened so little before it was looked at is still used; the guard has room for as much.
-LATE_NS = NS // 100
 #: A ranging goes before the own state, unless something else is said.
 RANGING_PRIORITY = 1
-LAND_BYTES_MAX = 65535
 #: A ttl of this or more is none.
 FOREVER_S = 1e9
-
-
-@dataclass(frozen=True, slots=True)
-class Capabilities:
-    """What can be asked of this port.
-
-    Attributes
-    ----------
-    payload_max_bytes, payload_max_bits : int
-        Longest payload that goes whole.
-    message_max_bytes : int
-        Longest payload in fragments.
-    broadcast, acknowledges : bool
-        Whether one transmission is for all; whether a destination can be asked to acknowledge.
-    addresses_max : int or None
-        How many modems can have an address.
-    two_way_ranging, one_way_ranging : bool
-        Whether ranges can be asked for; whether they come with what is received.
-    """
-
-    payload_max_bytes: int
-    payload_max_bits: int
-    message_max_bytes: int
-    broadcast: bool
-    acknowledges: bool
-    addresses_max: int | None
-    two_way_ranging: bool
-    one_way_ranging: bool
 
 
 class ModemPort:
@@ -122,26 +88,14 @@ class ModemPort:
         reassembly_timeout_s: float = 120.0,
         pull_priority: int = 0,
     ) -> None:
-        self._craft, self._mac, self._profile = craft, mac, profile
-        self._mates = [mate for mate in team if mate != craft]
-        self._frame_max_bytes = min(profile.payload_max_bytes, mac.message_bytes or sys.maxsize)
-        # A modem with odd bits has payloads of a kind of its own, and no fragments.
-        self._whole_bytes = profile.bits_max >= 8 * profile.payload_max_bytes
+        self._abilities = Abilities(profile, [mate for mate in team if mate != craft], mac.message_bytes)
         self._pull_priority = pull_priority
         self._outbox = Outbox(profile, mac.messages_per_slot, queue_max)
         self._openings = Openings(mac, craft)
-        self._reassembly = Reassembly(reassembly_timeout_s)
+        self._inbox = Inbox(reassembly_timeout_s, fragments=self._abilities.fragments)
         self._restart_ns = self._wake_ns = -sys.maxsize
-        self._message: int | None = None
-        self._bad_frames = self._slots_owned = self._slots_used = 0
+        self._slots_used = 0
         self.next_ticket = 0
-        self._takers: dict[type, Callable[..., list[Happening]]] = {
-            Received: self._on_received,
-            TxEvent: lambda event, _: self._outbox.on_status(event),
-            RangeResult: lambda event, _: self._outbox.on_range(event),
-            BadFrame: self._on_bad_frame,
-            ModemStatus: self._on_modem_status,
-        }
 
     @property
     def transmissions(self) -> int:
@@ -155,17 +109,7 @@ class ModemPort:
 
     def capabilities(self) -> Capabilities:
         """Say what can be asked of this port."""
-        profile, most = self._profile, self._frame_max_bytes
-        return Capabilities(
-            payload_max_bytes=most,
-            payload_max_bits=min(profile.bits_max, 8 * most),
-            message_max_bytes=max(most, FRAGMENTS_MAX * data_bytes(most) if self._whole_bytes else 0),
-            broadcast=profile.broadcast,
-            acknowledges=profile.acknowledges,
-            addresses_max=profile.addresses_max,
-            two_way_ranging=profile.ranging.two_way,
-            one_way_ranging=profile.ranging.one_way,
-        )
+        return self._abilities.capabilities()
 
     # -- what the agent wants -------------------------------------------------------------------------------------
 
@@ -193,9 +137,9 @@ class ModemPort:
         priority : int
             The highest goes first.
         ttl_s : float or None
-            How long its transmission may wait before it starts; None for ever.
+            How long it may wait before its transmission starts; None for ever.
         supersede_key : hashable
-            Only the newest of those with the same key stays; it takes the place of the older.
+            Of those waiting with the same key only the newest stays; it takes the place of the older.
         acknowledge : bool
             Ask the destination to acknowledge.
 
@@ -205,7 +149,7 @@ class ModemPort:
             Ticket.
         """
         item = self._item(
-            self._frames(payload, now_ns),
+            self._abilities.frames(payload, now_ns),
             destination,
             priority=priority,
             until_ns=_until_ns(now_ns, ttl_s),
@@ -223,9 +167,8 @@ class ModemPort:
 
     def send_by_land(self, payload: bytes, now_ns: int) -> Request | None:
         """Send at once over cable and radio, to all craft linked so; None if the payload is refused for its size."""
-        frames = self._numbered(payload, LAND_BYTES_MAX, now_ns) if self._whole_bytes else (payload,)
-        item = self._item(frames, BROADCAST, by_land=True)
-        if len(frames) == 1 and payload:
+        item = self._item(self._abilities.land_frame(payload, now_ns), BROADCAST, by_land=True)
+        if item.frames:
             return self._outbox.begin(item, now_ns)
         self._outbox.refuse(item, "size")
         return None
@@ -250,27 +193,38 @@ class ModemPort:
         if self._restart_ns < before_ns <= self._wake_ns:
             return []
         self._outbox.give_up(now_ns)
-        self._reassembly.expire(now_ns)
+        self._inbox.reassembly.expire(now_ns)
         own_state = partial(self._pulled, pull, now_ns)
         requests: list[Request] = []
         for opening_ns in self._openings.take(now_ns, before_ns):
-            filled = (
-                self._outbox.fill(opening_ns, own_state, self._pull_priority) if opening_ns >= now_ns - LATE_NS else []
-            )
-            self._slots_owned += 1
+            filled = self._outbox.fill(opening_ns, own_state, self._pull_priority)
             self._slots_used += bool(filled)
             requests += filled
         self._restart_ns = self._openings.restart_ns
-        until = (self._outbox.until_ns, self._reassembly.until_ns)
-        self._wake_ns = min([self._openings.next_ns, *(time for time in until if time is not None)])
+        self._wake_ns = self._openings.next_ns
+        self._wake_by(self._outbox.until_ns)
+        self._wake_by(self._inbox.reassembly.until_ns)
         return requests
 
     # -- what has happened ----------------------------------------------------------------------------------------
 
     def on_event(self, event: ModemEvent) -> list[Happening]:
         """Take a modem event; return what it means to the agent, with tickets for the modem's numbers."""
-        taker = self._takers.get(type(event.event))
-        return [] if taker is None else taker(event.event, event.t_ns)
+        happening = event.event
+        if isinstance(happening, Received):
+            heard = self._inbox.on_received(happening, event.t_ns)
+            self._wake_by(self._inbox.reassembly.until_ns)
+            return heard
+        if isinstance(happening, TxEvent):
+            return self._outbox.on_status(happening)
+        if isinstance(happening, RangeResult):
+            return self._outbox.on_range(happening)
+        if isinstance(happening, BadFrame):
+            return self._inbox.on_bad_frame(happening)
+        if happening.state == "rebooted":
+            self._outbox.reboot(event.t_ns)
+            self._wake_by(self._outbox.until_ns)
+        return [happening]
 
     def take_events(self) -> list[Happening]:
         """Take what the port itself has to say since the last time: ``QUEUED``, ``IN_PROGRESS`` and ``FAILED``."""
@@ -279,7 +233,7 @@ class ModemPort:
 
     def ledger(self, now_ns: int) -> PortLedger:
         """Count what has become of all requests since the start."""
-        outbox, reassembly = self._outbox, self._reassembly
+        outbox, reassembly, owned = self._outbox, self._inbox.reassembly, self._openings.owned
         return PortLedger(
             t_ns=now_ns,
             requested=outbox.requested,
@@ -289,12 +243,12 @@ class ModemPort:
             queued=outbox.queued,
             started=outbox.started,
             failed=dict(outbox.failed),
-            slots_owned=self._slots_owned,
+            slots_owned=owned,
             slots_used=self._slots_used,
-            slots_skipped=self._slots_owned - self._slots_used,
+            slots_skipped=owned - self._slots_used,
             reassembled=reassembly.reassembled,
             abandoned=reassembly.abandoned,
-            bad_frames=self._bad_frames + reassembly.bad,
+            bad_frames=self._inbox.bad_frames,
         )
 
     # -- inside ---------------------------------------------------------------------------------------------------
@@ -302,12 +256,11 @@ class ModemPort:
     def _item(self, frames: tuple[bytes, ...], destination: str, **more: Any) -> Item:
         ticket = self.next_ticket
         self.next_ticket += 1
-        if destination == BROADCAST and not self._profile.broadcast and len(self._mates) == 1:
-            destination = self._mates[0]
+        destination = self._abilities.addressed(destination)
         return Item(ticket=ticket, order=ticket, frames=frames, destination=destination, **more)
 
     def _add(self, item: Item) -> int:
-        refusal = self._refusal(item)
+        refusal = self._abilities.refusal(item)
         if refusal:
             self._outbox.refuse(item, refusal)
         else:
@@ -320,66 +273,18 @@ class ModemPort:
         if t_ns is not None and t_ns < self._wake_ns:
             self._wake_ns = t_ns
 
-    def _refusal(self, item: Item) -> str:
-        profile = self._profile
-        for_all = item.destination == BROADCAST
-        if item.destination not in self._mates and not for_all:
-            return "address"
-        if for_all and (not profile.broadcast or item.answered):
-            return "address"
-        if (item.acknowledge and not profile.acknowledges) or (item.ranging and not profile.ranging.two_way):
-            return "error"
-        return "" if item.frames else "size"
-
-    def _frames(self, payload: bytes, now_ns: int) -> tuple[bytes, ...]:
-        """Make frames of a payload; none if it cannot be carried."""
-        if self._whole_bytes:
-            return self._numbered(payload, self._frame_max_bytes, now_ns) if payload else ()
-        beyond = max(8 * len(payload) - self._profile.bits_max, 0)
-        fits = 0 < len(payload) <= self._frame_max_bytes and not int.from_bytes(payload, "big") & ((1 << beyond) - 1)
-        return (payload,) if fits else ()
-
-    def _numbered(self, payload: bytes, frame_max_bytes: int, now_ns: int) -> tuple[bytes, ...]:
-        """Make frames of a payload; numbers begin with the time, so that after a restart they are others."""
-        number = now_ns // NS if self._message is None else self._message
-        frames = split(payload, frame_max_bytes, number)
-        if frames != (payload,):
-            self._message = number + 1
-        return frames
-
     def _pulled(self, pull: Pull, now_ns: int) -> Item | None:
         """Make a request of the own state, which is never sent in fragments."""
-        payload = pull(self._frame_max_bytes)
+        payload = pull(self._abilities.frame_max_bytes)
         if payload is None:
             return None
-        item = self._item(self._frames(payload, now_ns), BROADCAST)
-        refusal = self._refusal(item) or ("size" if len(item.frames) > 1 else "")
+        item = self._item(self._abilities.frames(payload, now_ns), BROADCAST)
+        refusal = self._abilities.refusal(item) or ("size" if len(item.frames) > 1 else "")
         if not refusal:
             return item
         self._outbox.refuse(item, refusal)
         return None
 
-    def _on_received(self, event: Received, t_ns: int) -> list[Happening]:
-        if not self._whole_bytes:
-            return [event]
-        bad = self._reassembly.bad
-        payload = self._reassembly.take(event.source, event.payload, t_ns)
-        if payload is None:
-            self._wake_by(self._reassembly.until_ns)
-            return [BadFrame("fragment")] if self._reassembly.bad > bad else []
-        return [event if payload is event.payload else msgspec.structs.replace(event, payload=payload)]
-
-    def _on_bad_frame(self, event: BadFrame, t_ns: int) -> list[Happening]:
-        del t_ns
-        self._bad_frames += 1
-        return [event]
-
-    def _on_modem_status(self, event: ModemStatus, t_ns: int) -> list[Happening]:
-        if event.state == "rebooted":
-            self._outbox.reboot(t_ns)
-            self._wake_by(self._outbox.until_ns)
-        return [event]
-
 
 def _until_ns(now_ns: int, ttl_s: float | None) -> int | None:
-    return now_ns + round(ttl_s * NS) if ttl_s is not None and ttl_s < FOREVER_S else None
+    return now_ns + round(max(ttl_s, 0.0) * NS) if ttl_s is not None and ttl_s < FOREVER_S else None
