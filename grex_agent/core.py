@@ -18,7 +18,7 @@ from grex_agent.team.interface import Own, TeamContext, load_estimator
 from grex_agent.tell import TeamTalk
 from grex_link import wire
 from grex_link.config import Scenario
-from grex_link.messages import AgentState, Fix, MateBelief, Message, ModemEvent, Setpoint, Truth
+from grex_link.messages import AgentState, Fix, MateBelief, Message, ModemEvent, PortLedger, Setpoint, Truth
 from grex_link.profile import load_profile
 from grex_link.units import NS, tick_ns
 
@@ -97,7 +97,7 @@ class AgentCore:
         Yields
         ------
         (topic, message)
-            Transmissions, then the setpoint, which says how many transmissions there have been, then the state.
+            Transmissions, then the setpoint, which says how many transmissions there have been, then the state, and now and then the ledger of the modem port.
         """
         # For an estimator time never runs back, though GPS may set the clock back: it stands until it is passed again.
         self._time_ns = time_ns = now_ns if self._time_ns is None else max(self._time_ns, now_ns)
@@ -114,8 +114,14 @@ class AgentCore:
         yield from self._speak(now_ns, ordered, health, lost=lost)
         yield "setpoint", self._setpoint(tick, now_ns, ordered, hold=lost)
         yield "state", self._state(tick, now_ns, ordered, mates, health)
+        if self._messenger.ledger_due(now_ns):
+            yield "port", self.ledger(now_ns)
         if self._prepare is not None:
             self._prepare((time_ns + self._tick_ns) / NS)
+
+    def ledger(self, now_ns: int) -> PortLedger:
+        """Count what has become of everything the modem was asked for, at a time."""
+        return self._messenger.ledger(now_ns)
 
     # -- inside -------------------------------------------------------------------------------------------------
 

@@ -3,19 +3,23 @@
 from collections.abc import Callable
 
 from grex_agent.mission import TeamPlan, range_max_m
+from grex_agent.modem.port import ModemPort
 from grex_agent.team.interface import Report
 from grex_agent.tell import TeamTalk
 from grex_link.config import Scenario
 from grex_link.errors import WireError
 from grex_link.mac import plan_mac
-from grex_link.messages import ModemEvent, Received, Request, Transmit, TxEvent
+from grex_link.messages import ModemEvent, PortLedger, Received, Request, TxEvent
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
 from grex_link.wire import BYTES, Form, TeamState
 
+#: Gives the own state, or None if there is none worth telling.
+Tell = Callable[[], TeamState | None]
+
 
 class Messenger:
-    """Speaks for a craft.
+    """Speaks for a craft through its modem port, and takes what comes back.
 
     The clock may be set by GPS in the middle of a mission. Set forward, openings that have passed are lost; set back,
     those that come a second time are not used again, so that it is silent for as long as it was set back.
@@ -33,28 +37,33 @@ class Messenger:
     talk : TeamTalk
         What is said.
     form : Form
-        How the own state goes on the air.
+        How the own state goes on the air; over land it goes in full.
 
     Attributes
     ----------
-    transmissions : int
-        Requests to the modem so far.
     untold : bool
-        Whether the last state could not be told.
+        Whether the state was to be told the last time, and could not.
     """
 
     def __init__(
         self, scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemProfile, talk: TeamTalk, form: Form
     ) -> None:
-        self._craft = craft
         self._talk = talk
+        self._form = form
         planned_m = 0.0 if profile.one_speaker_at_a_time else range_max_m(plan)
-        self._mac = plan_mac(scenario, planned_m, BYTES[form])
-        self._asked_until_ns = 0
+        self._port = ModemPort(craft, list(scenario.craft), profile, plan_mac(scenario, planned_m, BYTES[form]))
+        self._reached_ns = 0
+        self._land_ns, self._heard_by_all_on_land = _land(scenario, craft)
+        self._ledger_ns = round(scenario.link.ledger_s * NS)
+        self._next_ledger_ns = self._ledger_ns
         self._events: list[ModemEvent] = []
         self._on_air: dict[int, TeamState] = {}
-        self.transmissions = 0
         self.untold = False
+
+    @property
+    def transmissions(self) -> int:
+        """Requests to the modem so far."""
+        return self._port.transmissions
 
     def on_event(self, event: ModemEvent) -> None:
         """Take a modem event; it counts when `take` is called."""
@@ -64,44 +73,76 @@ class Messenger:
         """Take what has been sent and heard since the last time."""
         sent: list[TeamState] = []
         heard: list[Report] = []
-        for arrived in self._events:
-            event = arrived.event
-            if isinstance(event, Received):
-                if report := self._talk.read(event, now_ns / NS):
-                    heard.append(report)
-            elif (
-                isinstance(event, TxEvent)
-                and (state := self._on_air.pop(event.ticket, None))
-                and event.status == "SENT"
-            ):
-                sent.append(state)
+        happenings = [happening for event in self._events for happening in self._port.on_event(event)]
         self._events.clear()
+        for happening in [*happenings, *self._port.take_events()]:
+            if isinstance(happening, Received):
+                if report := self._talk.read(happening, now_ns / NS):
+                    heard.append(report)
+            elif isinstance(happening, TxEvent) and happening.status in {"SENT", "FAILED"}:
+                state = self._on_air.pop(happening.ticket, None)
+                if state is not None and happening.status == "SENT":
+                    sent.append(state)
         return sent, heard
 
-    def speak(self, now_ns: int, before_ns: int, state: Callable[[], TeamState | None]) -> list[Request]:
-        """Ask the modem for what is to be said within [now, before).
-
-        Parameters
-        ----------
-        now_ns, before_ns : int
-            By the craft's clock.
-        state : callable
-            Gives the own state, or None if there is none worth telling.
-        """
+    def speak(self, now_ns: int, before_ns: int, tell: Tell) -> list[Request]:
+        """Ask the modem for what is to be said within [now, before), by the craft's clock."""
         self.untold = False
-        from_ns = max(now_ns, self._asked_until_ns)
-        self._asked_until_ns = max(before_ns, self._asked_until_ns)
-        requests: list[Request] = []
-        for t_ns in self._mac.openings(self._craft, from_ns, before_ns):
-            told = state()
-            if told is None:
-                continue
-            try:
-                payload, read = self._talk.pack(told)
-            except WireError:
-                self.untold = True
-                continue
-            self._on_air[self.transmissions] = read
-            requests.append(Transmit(self.transmissions, t_ns, payload))
-            self.transmissions += 1
+        from_ns, before_ns = max(now_ns, self._reached_ns), max(before_ns, self._reached_ns)
+        self._reached_ns = before_ns
+
+        def pull(max_bytes: int) -> bytes | None:
+            payload = self._payload(tell, self._form)
+            return payload if payload is None or len(payload) <= max_bytes else None
+
+        requests = self._port.open_slots(from_ns, before_ns, pull)
+        if self._land_ns:
+            requests += self._speak_by_land(from_ns, before_ns, tell)
         return requests
+
+    def ledger(self, now_ns: int) -> PortLedger:
+        """Count what has become of everything that was to be said."""
+        return self._port.ledger(now_ns)
+
+    def ledger_due(self, now_ns: int) -> bool:
+        """Whether it is time for the ledger; once each time."""
+        if now_ns < self._next_ledger_ns:
+            return False
+        self._next_ledger_ns = (now_ns // self._ledger_ns + 1) * self._ledger_ns
+        return True
+
+    # -- inside -------------------------------------------------------------------------------------------------
+
+    def _payload(self, tell: Tell, form: Form, *, heard_by_all: bool = True) -> bytes | None:
+        """Pack the own state, for the next request; what the mates will read is kept until it has been sent."""
+        state = tell()
+        if state is None:
+            return None
+        try:
+            payload, read = self._talk.pack(state, form)
+        except WireError:
+            self.untold = True
+            return None
+        if heard_by_all:
+            self._on_air[self._port.next_ticket] = read
+        return payload
+
+    def _speak_by_land(self, from_ns: int, before_ns: int, tell: Tell) -> list[Request]:
+        requests: list[Request] = []
+        first_ns = -(-from_ns // self._land_ns) * self._land_ns
+        for t_ns in range(first_ns, before_ns, self._land_ns):
+            payload = self._payload(tell, "full", heard_by_all=self._heard_by_all_on_land)
+            if payload is not None and (request := self._port.send_by_land(payload, t_ns)) is not None:
+                requests.append(request)
+        return requests
+
+
+def _land(scenario: Scenario, craft: str) -> tuple[int, bool]:
+    """How often a craft speaks over its land links, nanoseconds (0: never), and whether all mates hear that.
+
+    What it says goes over all of its links, so the one that wants it most often decides.
+    """
+    links = [land for land in scenario.link.land if craft in land.between]
+    mates = {mate for land in links for mate in land.between if mate != craft}
+    every_s = min((land.every_s for land in links), default=0.0)
+    return max(round(every_s * NS), 1) if links else 0, len(mates) == len(scenario.craft) - 1

@@ -67,8 +67,8 @@ def guard_s(
 ) -> float:
     """Silence a slot must end with: R/c + 2ε + turnaround + jitter (acoustic-link, section 8).
 
-    The turnaround is what a modem needs from the end of what it hears until it can speak itself: decoding, and switching
-    over. Its transmit latency is no part of it: that is the same for all, and delays every slot alike.
+    The turnaround is what a modem needs from the end of what it hears until it can speak itself: decoding, and
+    switching over. Its transmit latency is no part of it: that is the same for all, and delays every slot alike.
 
     Parameters
     ----------

@@ -79,6 +79,8 @@ TOPICS: dict[str, Topic] = {
               recorded=m.ModemEvent),
         Topic("state", "{craft}/state", m.AgentStates, ("agent",), ("sim",), "tick",
               recorded=m.AgentState),
+        Topic("port", "{craft}/port", m.PortLedger, ("agent",), ("sim",), "event",
+              recorded=m.PortLedger),
         Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=None, flush=False),
         Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "modem", "link"), "event", recorded=None),
         Topic("truth", "truth", m.Truth, ("sim",), ("link",), "tick", recorded=m.Truth),

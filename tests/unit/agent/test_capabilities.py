@@ -69,7 +69,9 @@ def test_the_fullest_form_that_fits(profile, form):
     assert state_form(scenario, load_profile(profile)) == form
 
 
-@pytest.mark.parametrize(("profile", "wanted", "fits"), [("janus", "short", "tiny"), ("waterlinked_m64", "full", "short")])
+@pytest.mark.parametrize(
+    ("profile", "wanted", "fits"), [("janus", "short", "tiny"), ("waterlinked_m64", "full", "short")]
+)
 def test_a_form_that_does_not_fit(profile, wanted, fits):
     """A form too long for the modem is refused with the one that fits, and that one is accepted."""
     path, problem = fault(team(2, profile=profile, message=wanted))

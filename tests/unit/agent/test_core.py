@@ -46,7 +46,7 @@ def step(core, tick, position=None):
 def outputs(core, tick, now_s=None):
     """Let a core step; returns (transmissions, state, setpoint)."""
     now_ns = tick * NS if now_s is None else round(now_s * NS)
-    put = list(core.step(tick, now_ns))
+    put = [(topic, message) for topic, message in core.step(tick, now_ns) if topic != "port"]
     transmissions = [message for topic, message in put if topic == "modem_tx"]
     rest = dict(put[len(transmissions) :])
     assert len(put) == len(transmissions) + 2, "transmissions first, then one state and one setpoint"

@@ -200,7 +200,10 @@ def test_least_distance():
     """The least distance is found at an end of the tracks, and where craft meet in between."""
     apart = {"auv1": listed(line(100.0, 0.0)), "auv2": listed(line(100.0, 75.0, 1.1, 40.0), start=(0.0, 30.0, 40.0))}
     assert range_min_m(plan_tracks(apart)) == pytest.approx(50.0)
-    crossing = {"auv1": listed(line(100.0, 100.0)), "auv2": listed(line(0.0, 100.0, depth=8.0), start=(100.0, 0.0, 8.0))}
+    crossing = {
+        "auv1": listed(line(100.0, 100.0)),
+        "auv2": listed(line(0.0, 100.0, depth=8.0), start=(100.0, 0.0, 8.0)),
+    }
     assert range_min_m(plan_tracks(crossing)) == pytest.approx(8.0, abs=0.1)
 
 

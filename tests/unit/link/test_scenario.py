@@ -65,7 +65,10 @@ BAD_VALUES = [
     ("craft.auv4 = {}", "$.mission.formation_m.auv4"),
     ("craft.sim = {}", "$.craft.sim"),
     ("link.mac = {type = 'tdma', slots = [{craft = 'auv1', start_s = 0.0}]}", "$.link.mac.slots[0].length_s"),
-    ("link.mac = {type = 'tdma', slots = [{craft = 'AUV1', start_s = 0.0, length_s = 10.0}]}", "$.link.mac.slots[0].craft"),
+    (
+        "link.mac = {type = 'tdma', slots = [{craft = 'AUV1', start_s = 0.0, length_s = 10.0}]}",
+        "$.link.mac.slots[0].craft",
+    ),
 ]
 
 BAD_OVERRIDES = [
