@@ -1,17 +1,19 @@
 """Records a run as MCAP: JSON with schemas, so that the field's viewers open it. The only user of mcap."""
 
 import struct
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, get_args
 
 import mcap.records
 import msgspec
-from mcap.exceptions import EndOfFile
+from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
+from grex_link.errors import ConfigError
 from grex_link.messages import Message
 from grex_link.topics import TOPICS
 
@@ -70,20 +72,44 @@ def _schema_name(recorded: Any) -> str:
     return " or ".join(part.__name__ for part in get_args(recorded) or (recorded,))
 
 
-def read_messages(path: Path) -> list[tuple[str, int, Any]]:
-    """Read a recording whole, even one that was cut off.
+def read_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) -> list[tuple[str, int, Any]]:
+    """Read a recording, even one that was cut off.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    wanted : callable
+        Says of a topic's key whether its messages are read; all are if left out.
 
     Returns
     -------
     list of (topic, mission time ns, decoded JSON)
         In the order of writing; what a cut destroyed at the end is left out.
+
+    Raises
+    ------
+    ConfigError
+        If the file is no recording.
     """
     channels: dict[int, str] = {}
     messages = []
-    with path.open("rb") as file, suppress(EndOfFile, struct.error):
+    with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
         for record in StreamReader(file).records:
             if isinstance(record, Channel):
-                channels[record.id] = record.topic
-            elif isinstance(record, mcap.records.Message):
+                if wanted(record.topic):
+                    channels[record.id] = record.topic
+            elif isinstance(record, mcap.records.Message) and record.channel_id in channels:
                 messages.append((channels[record.channel_id], record.log_time, msgspec.json.decode(record.data)))
     return messages
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Say of what is no MCAP file that it is none; one that ends too early is one."""
+    try:
+        yield
+    except EndOfFile:
+        raise
+    except McapError:
+        raise ConfigError(str(path), "is no recording, or is damaged") from None

@@ -2,7 +2,7 @@
 
 import pytest
 
-from grex_link.messages import AgentState, AgentStates, Fix, LinkEvent, Pose, Setpoint, Truth
+from grex_link.messages import AgentState, AgentStates, Fix, LinkEvent, LinkLedger, Pose, Setpoint, Truth
 from grex_link.recorder import Recorder, read_messages
 from grex_sim.logbook import Logbook
 
@@ -48,6 +48,44 @@ def test_counts_of_the_link():
     book.link_events([STARTED])
     assert (book.messages_sent, book.bytes_sent) == (2, 30)
     assert (book.delivered, book.lost, book.refused) == (1, 1, 1)
+
+
+def test_overheard_is_no_refusal():
+    """What was whole but for somebody else is counted as that, and is no longer on its way."""
+    book = Logbook()
+    book.link_events([STARTED, DELIVERED, LinkEvent(10, "overheard", "auv1", 0, "auv3", 15)])
+    assert (book.delivered, book.overheard, book.lost, book.refused) == (1, 1, 0, 0)
+    assert (book.in_flight(3), book.in_flight(4)) == (0, 1)
+
+
+def test_over_land():
+    """A message over land is on its way to one craft, whatever the size of the team."""
+    book = Logbook()
+    book.link_events([LinkEvent(0, "started", "auv1", 0, "auv2", 15, purpose="land"), STARTED])
+    assert (book.messages_sent, book.sent_by_land) == (2, 1)
+    assert (book.in_flight(2), book.in_flight(10)) == (2, 10)
+
+
+def test_ledgers_are_kept_and_recorded(tmp_path):
+    """The newest ledger of the water and of each port are at hand, and every one is on record."""
+    book = Logbook(Recorder(tmp_path / "run.mcap", {}))
+    assert (book.ledger, book.ports) == (None, {})
+    for t_ns in (1, 2):
+        book.message("ledger", "", LinkLedger(t_ns, [], []))
+    assert book.ledger == LinkLedger(2, [], [])
+    book.close()
+    assert [(topic, t_ns) for topic, t_ns, _ in read_messages(tmp_path / "run.mcap")] == [
+        ("/link/ledger", 1),
+        ("/link/ledger", 2),
+    ]
+
+
+def test_ledgers_are_no_part_of_the_digest():
+    """The digest is of truth, link events and setpoints, however often a ledger comes."""
+    book = Logbook()
+    before = book.digest
+    book.message("ledger", "", LinkLedger(1, [], []))
+    assert book.digest == before
 
 
 def test_counts_of_the_agents():
