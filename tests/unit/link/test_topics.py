@@ -31,7 +31,7 @@ def test_no_agent_reads_anothers_keys_or_the_truth(who: str) -> None:
 
 
 def test_four_keys_are_the_hardware_boundary() -> None:
-    """Between a craft's hardware and its agent there are fix, setpoint, modem/tx and modem/rx; and the bench's clock."""
+    """Between a craft's hardware and its agent there are four keys, besides the clock of the bench."""
     hardware = {"frontseat", "modem"}
     boundary = {row.key for row in ROWS if hardware & {*row.writers, *row.readers} and row.name != "clock"}
     assert boundary == {"{craft}/fix", "{craft}/setpoint", "{craft}/modem/tx", "{craft}/modem/rx"}
