@@ -1,4 +1,18 @@
-"""From a request of the agent to its one end: the queue, the slot, the modem's word on it, and the count of it all."""
+"""From a request of the agent to its one end: the queue, the slot, the modem's word on it, and the count of it all.
+
+A request fails because of
+
+``size``        it is longer than all its fragments could be, or empty
+``address``     it is for nobody in the team, for the craft itself, or for all where that cannot be: the modem has no
+                broadcast, or all cannot acknowledge or answer
+``error``       this modem does not acknowledge or measure ranges; or it never said what became of the request
+``overflow``    the queue was full: the lowest priority goes, and of these the newest
+``superseded``  a newer payload with the same key came before it began
+``expired``     it could not begin within its ttl
+others          the modem says so
+
+A ranging that a modem refuses ends with a `RangeResult` without a range, whatever the modem says after that.
+"""
 
 from collections import Counter
 from collections.abc import Callable

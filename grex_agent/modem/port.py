@@ -2,15 +2,7 @@
 
 What the agent wants sent gets a *ticket* and waits for an own slot. At the opening of a slot the access to the water is
 granted first, then the newest own state is pulled. Every ticket has one end: `TxEvent` ``SENT`` (``DELIVERED`` if an
-acknowledgement was asked for, with ``SENT`` before), `RangeResult`, or ``FAILED`` with a reason:
-
-``size``        longer than all its fragments could be, or empty
-``address``     nobody in the team, the craft itself, or everybody where the modem has no broadcast or is to acknowledge
-``error``       this modem does not acknowledge or measure ranges; or it never said what became of the request
-``overflow``    the queue was full: the lowest priority goes, and of these the newest
-``superseded``  a newer payload with the same key came before it began
-``expired``     it could not begin within its ttl
-others          the modem's own
+acknowledgement was asked for, with ``SENT`` before), `RangeResult`, or ``FAILED`` with a reason, see `outbox`.
 
 A payload too long for the modem goes in fragments, in one slot or several. What has begun is finished: it is neither
 superseded nor expired. It is ``SENT`` or ``DELIVERED`` when all fragments are, and ``FAILED`` when the first one is.
@@ -22,10 +14,11 @@ from functools import partial
 from typing import Any
 
 from grex_agent.modem.abilities import Abilities, Capabilities
+from grex_agent.modem.books import port_ledger
 from grex_agent.modem.inbox import Inbox
 from grex_agent.modem.openings import Openings
 from grex_agent.modem.outbox import Outbox
-from grex_agent.modem.queue import Item
+from grex_agent.modem.queue import Item, latest_ns
 from grex_link.mac import Mac
 from grex_link.messages import (
     BROADCAST,
@@ -39,15 +32,12 @@ from grex_link.messages import (
     TxEvent,
 )
 from grex_link.profile import ModemProfile
-from grex_link.units import NS
 
 #: Gives the newest payload of at most so many bytes, or None if there is nothing to tell.
 Pull = Callable[[int], bytes | None]
 
 #: A ranging goes before the own state, unless something else is said.
 RANGING_PRIORITY = 1
-#: A ttl of this or more is none.
-FOREVER_S = 1e9
 
 
 class ModemPort:
@@ -124,7 +114,7 @@ class ModemPort:
         supersede_key: Hashable = None,
         acknowledge: bool = False,
     ) -> int:
-        """Have a payload sent in an own slot.
+        """Have a payload sent in an own slot; return the ticket.
 
         Parameters
         ----------
@@ -142,17 +132,12 @@ class ModemPort:
             Of those waiting with the same key only the newest stays; it takes the place of the older.
         acknowledge : bool
             Ask the destination to acknowledge.
-
-        Returns
-        -------
-        int
-            Ticket.
         """
         item = self._item(
             self._abilities.frames(payload, now_ns),
             destination,
             priority=priority,
-            until_ns=_until_ns(now_ns, ttl_s),
+            until_ns=latest_ns(now_ns, ttl_s),
             key=supersede_key,
             acknowledge=acknowledge,
         )
@@ -162,7 +147,7 @@ class ModemPort:
         self, destination: str, now_ns: int, *, priority: int = RANGING_PRIORITY, ttl_s: float | None = None
     ) -> int:
         """Have the distance to a mate measured in an own slot, as the last thing in it; return the ticket."""
-        until_ns = _until_ns(now_ns, ttl_s)
+        until_ns = latest_ns(now_ns, ttl_s)
         return self._add(self._item((b"",), destination, priority=priority, until_ns=until_ns, ranging=True))
 
     def send_by_land(self, payload: bytes, now_ns: int) -> Request | None:
@@ -174,7 +159,7 @@ class ModemPort:
         return None
 
     def open_slots(self, now_ns: int, before_ns: int, pull: Pull) -> list[Request]:
-        """Fill every own slot that opens within [now, before), and give up what has waited for too long.
+        """Return requests that fill the own slots that open within [now, before); give up what has waited too long.
 
         To be called at every step, whether there is anything to tell or not. Each slot is filled once.
 
@@ -184,11 +169,6 @@ class ModemPort:
             The step.
         pull : callable
             Called when a slot has been granted to the own state: gives its bytes, at most so many, or None.
-
-        Returns
-        -------
-        list of Request
-            For the modem, each with the time at which it shall start.
         """
         if self._restart_ns < before_ns <= self._wake_ns:
             return []
@@ -233,23 +213,7 @@ class ModemPort:
 
     def ledger(self, now_ns: int) -> PortLedger:
         """Count what has become of all requests since the start."""
-        outbox, reassembly, owned = self._outbox, self._inbox.reassembly, self._openings.owned
-        return PortLedger(
-            t_ns=now_ns,
-            requested=outbox.requested,
-            refused=dict(outbox.refused),
-            superseded=outbox.superseded,
-            expired=outbox.expired,
-            queued=outbox.queued,
-            started=outbox.started,
-            failed=dict(outbox.failed),
-            slots_owned=owned,
-            slots_used=self._slots_used,
-            slots_skipped=owned - self._slots_used,
-            reassembled=reassembly.reassembled,
-            abandoned=reassembly.abandoned,
-            bad_frames=self._inbox.bad_frames,
-        )
+        return port_ledger(now_ns, self._outbox, self._inbox, self._openings.owned, self._slots_used)
 
     # -- inside ---------------------------------------------------------------------------------------------------
 
@@ -280,11 +244,6 @@ class ModemPort:
             return None
         item = self._item(self._abilities.frames(payload, now_ns), BROADCAST)
         refusal = self._abilities.refusal(item) or ("size" if len(item.frames) > 1 else "")
-        if not refusal:
-            return item
-        self._outbox.refuse(item, refusal)
-        return None
-
-
-def _until_ns(now_ns: int, ttl_s: float | None) -> int | None:
-    return now_ns + round(max(ttl_s, 0.0) * NS) if ttl_s is not None and ttl_s < FOREVER_S else None
+        if refusal:
+            self._outbox.refuse(item, refusal)
+        return None if refusal else item

@@ -5,6 +5,11 @@ from collections.abc import Hashable, Iterator
 
 import msgspec
 
+from grex_link.units import NS
+
+#: A ttl of this or more is none.
+FOREVER_S = 1e9
+
 
 class Item(msgspec.Struct, eq=False, kw_only=True):
     """One request of the agent, and how far it has come."""
@@ -109,3 +114,8 @@ class PayloadQueue:
 
     def _not_begun(self) -> Iterator[Item]:
         return (item for item in self._items if not item.handed)
+
+
+def latest_ns(now_ns: int, ttl_s: float | None) -> int | None:
+    """Latest time at which something may start that may wait for a ttl, seconds; None for no limit."""
+    return now_ns + round(max(ttl_s, 0.0) * NS) if ttl_s is not None and ttl_s < FOREVER_S else None
