@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 from grex_agent.mission import TeamPlan, range_min_m
-from grex_link.config import Scenario, SerialModem
+from grex_agent.modem.micromodem_rates import check_serial_modems
+from grex_link.config import Scenario
 from grex_link.errors import ConfigError, WireError
 from grex_link.profile import ModemProfile, Protocol, load_profile, profile_names
 from grex_link.wire import BITS, Form, choose_form
@@ -29,7 +30,7 @@ def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile
     _check_team(scenario, profile)
     state_form(scenario, profile)
     _check_reach(scenario, plan, profile)
-    _check_serial_modems(scenario)
+    check_serial_modems(scenario)
     _check_times_and_names(scenario)
     _check_burst(scenario)
 
@@ -91,23 +92,6 @@ def _check_team(scenario: Scenario, profile: ModemProfile) -> None:
 
 def _others(able: Callable[[ModemProfile], bool]) -> str:
     return ", ".join(name for name in profile_names() if able(load_profile(name)))
-
-
-def _check_serial_modems(scenario: Scenario) -> None:
-    """Check that real modems are not hurried, and that nobody on the air has another's address."""
-    taken: dict[int, str] = {}
-    for place, (craft, config) in enumerate(scenario.craft.items()):
-        if not isinstance(config.modem, SerialModem):
-            continue
-        if scenario.clock.pace not in {"live", 1.0}:
-            raise ConfigError(
-                f"$.craft.{craft}.modem",
-                f"a real modem runs with the wall clock, not at clock.pace {scenario.clock.pace!r}; 'live' would do",
-            )
-        address = place if config.modem.address is None else config.modem.address
-        if address in taken:
-            raise ConfigError(f"$.craft.{craft}.modem.address", f"{address} is the address of {taken[address]}, too")
-        taken[address] = craft
 
 
 def _check_times_and_names(scenario: Scenario) -> None:

@@ -97,7 +97,8 @@ class AgentCore:
         Yields
         ------
         (topic, message)
-            Transmissions, then the setpoint, which says how many transmissions there have been, then the state, and now and then the ledger of the modem port.
+            Transmissions, then the setpoint, which says how many transmissions there have been, then the state, and now
+            and then the ledger of the modem port.
         """
         # For an estimator time never runs back, though GPS may set the clock back: it stands until it is passed again.
         self._time_ns = time_ns = now_ns if self._time_ns is None else max(self._time_ns, now_ns)

@@ -43,7 +43,8 @@ class Recorder:
         self._channels: dict[tuple[str, str], int] = {}
 
     def write(self, topic: str, craft: str, t_ns: int, message: Message) -> None:
-        """Record a message at a mission time."""
+        """Record a message at a mission time; what a craft's slow clock puts before the mission counts as its start."""
+        t_ns = max(t_ns, 0)  # MCAP has no time before zero
         channel = self._channels.get((topic, craft))
         if channel is None:
             channel = self._channels[topic, craft] = self._register(topic, craft)

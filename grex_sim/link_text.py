@@ -143,7 +143,7 @@ class LinkText:
         return {symbol: seconds for symbol, seconds in parts.items() if seconds}
 
     def _age_s(self, craft: str) -> float:
-        delay_s, loss, mac = sum(self._delays().values()), self._lost(), self._mac
+        delay_s, loss, mac = sum(self._delays().values()), self._scenario.link.loss, self._mac
         if isinstance(mac, Schedule):
             return age_of_information_s(mac, craft, delay_s, loss)
         heard = self._success() * (1.0 - loss)
@@ -154,17 +154,13 @@ class LinkText:
         rate_per_s = self._rate_per_s()
         return delay_s + 1.0 / (heard * rate_per_s)
 
-    def _lost(self) -> float:
-        """Probability that a mate hears nothing of an opening, besides what access does."""
-        return float(self._scenario.link.loss**self._mac.messages_per_slot)
-
     def _rate_per_s(self) -> float:
         """Messages a second of a craft that speaks at random, but not while it speaks already."""
         rate_per_s = self._mac.rate_per_s if isinstance(self._mac, PureAlohaMac) else 0.0
         return rate_per_s / (1.0 + rate_per_s * self._airtime_s)
 
     def _waiting(self, craft: str) -> str:
-        mac, loss = self._mac, self._lost()
+        mac, loss = self._mac, self._scenario.link.loss
         if isinstance(mac, SlottedAlohaMac):
             return "C·(1/s - 1/2) with the share s of slots in which it is heard"
         if isinstance(mac, PureAlohaMac):

@@ -162,7 +162,7 @@ def test_example_shows_every_field():
 def test_example_shows_the_defaults():
     """What the example sets is the default, but for what has none or is about its own mission."""
     example = tomllib.loads((files("grex_sim") / "example.toml").read_text(encoding="utf-8"))
-    needed = {key: example[key] for key in ("title", "mission")} | {"craft": dict.fromkeys(example["craft"], {})}
+    needed = {key: example[key] for key in ("title", "mission")} | {"craft": {craft: {} for craft in example["craft"]}}
     assert decode(example) == decode(needed)
 
 

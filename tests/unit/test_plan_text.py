@@ -215,3 +215,113 @@ def test_no_line_is_too_long_for_a_terminal():
     text = text_of(f'[mission]\ntype = "lawnmower"\n[mission.formation_m]\n{places}{craft}')
     assert max(map(len, text.splitlines())) <= 120
     assert "craft_number_29" in entry(text, "Team")
+
+
+# -- modems in the water ------------------------------------------------------------------------------------------
+
+
+def test_the_guard_is_explained():
+    """On an acoustic modem the text says guard and what it is made of, and how far the plan takes the craft apart."""
+    text = text_of("paper-d", "link.profile=s2c_im", "link.mac={type='tdma',range_max_m=500,jitter_s=0.02}")
+    guard = 500.0 / 1500.0 + 2 * 0.01 + 0.0904 + 0.02
+    assert entry(text, "Guard") == (
+        f"{guard:.3f} s; needed: {guard:.3f} s = 0.333 s for 500 m at 1500 m/s + 2·0.01 s for clocks + 0.0904 s for "
+        "decoding and turnaround + 0.02 s for jitter"
+    )
+    assert entry(text, "Distance").startswith(
+        "at most 50.0 m between two craft by the plan, on which sound takes τ = 0.033 s"
+    )
+    slot = math.ceil((guard + 0.1503 + 15 * 0.01109) * 1000) / 1000
+    assert [float(row[2]) for row in rows(text, "TDMA")[:3]] == [slot] * 3
+
+
+def test_a_guard_too_short_to_be_wise():
+    """A guard that covers the plan but nothing more is accepted, and the text says what that means."""
+    text = text_of("paper-d", "link.profile=s2c_im", "link.mac={type='tdma',guard_s=0.05}")
+    assert entry(text, "Guard").startswith("0.050 s; needed: 0.204 s")
+    assert entry(text, "Guard").endswith("a team that is apart will collide")
+
+
+def test_the_mean_age_counts_all_of_the_way():
+    """The age is airtime, way of the sound, decoding and half a cycle, each named where it is not nothing."""
+    text = text_of("paper-d", "link.profile=s2c_im")
+    cycle = 3 * 0.521
+    age = 0.31665 + 50.0 / 1500.0 + 0.0904 + cycle / 2.0
+    assert (
+        entry(text, "Mean age") == f"{age:.1f} s = T + τ + decoding + C/2, of what the mates know of auv1, auv2, auv3"
+    )
+
+
+@pytest.mark.parametrize(
+    ("profile", "form", "size"),
+    [
+        ("s2c_im", "full: time, position,", 15),
+        ("janus", "tiny: time, track, Θ; the position is taken from the plan", 5),
+    ],
+)
+def test_the_form_of_the_message(profile, form, size):
+    """The text says which form of the team state goes on the air, and how long it is."""
+    text = text_of("paper-d", f"link.profile={profile}")
+    assert entry(text, "Form").startswith(form)
+    assert entry(text, "Message").startswith(f"{size} bytes,")
+
+
+def test_slotted_aloha_and_its_law():
+    """Of slotted Aloha the text gives slot, rate and (1 - p)^(N - 1), and the age that follows."""
+    text = text_of("paper-d", "link.profile=s2c_im", "link.mac={type='slotted_aloha',probability=0.2,slot_s=0.6}")
+    assert "Slotted Aloha (slot C = 0.6 s from mission time 0)" in text
+    assert entry(text, "Rate") == "every craft speaks in 0.2 of the slots, at random"
+    assert entry(text, "Success").startswith("0.640 of the messages")
+    age = 0.31665 + 50.0 / 1500.0 + 0.0904 + 0.6 * (1.0 / (0.2 * 0.64) - 0.5)
+    assert entry(text, "Mean age").startswith(f"{age:.1f} s = T + τ + decoding + C·(1/s - 1/2)")
+
+
+def test_pure_aloha_and_its_law():
+    """Of pure Aloha the text gives the rate and [e^(-λT)/(1 + λT)]^(N - 1)."""
+    text = text_of("paper-d", "link.profile=s2c_im", "link.mac={type='aloha',rate_per_s=0.5}")
+    load = 0.5 * 0.31665
+    success = (math.exp(-load) / (1.0 + load)) ** 2
+    assert entry(text, "Rate") == "every craft speaks 0.5 times a second on average, at random"
+    assert entry(text, "Success").startswith(f"{success:.3f} of the messages")
+    age = 0.31665 + 50.0 / 1500.0 + 0.0904 + (1.0 + load) / 0.5 / success
+    assert entry(text, "Mean age").startswith(f"{age:.1f} s = T + τ + decoding + mean time between two that are heard")
+    assert "Guard" not in text
+
+
+def test_aloha_on_the_papers_modem_promises_nothing():
+    """Where one speaks at a time no law of collisions holds, and none is printed."""
+    text = text_of("paper-d", "link.mac={type='aloha',rate_per_s=0.05}")
+    assert "Pure Aloha" in text
+    assert all(word not in text for word in ("Success", "Mean age", "Distance", "Guard"))
+
+
+def test_clocks_are_said_if_they_are_wrong():
+    """Clocks with errors are listed, and when the guard does not cover them any more."""
+    text = text_of(
+        "paper-d",
+        "link.profile=s2c_im",
+        "craft.auv1.clock={drift_ppm=-20,offset_s=0.002}",
+        "craft.auv3.clock={offset_s=0.5,gps_at_surface=true}",
+    )
+    assert entry(text, "Clock          auv1").startswith(
+        ": +0.002 s, drifts by -20 ppm; off by more than the clock_error_s = 0.01 s the guard is for after 600 s"
+    )
+    assert "auv3: +0.5 s, drifts by +0 ppm, set by GPS above 0.5 m of depth; at once off by more than" in " ".join(
+        text.split()
+    )
+    assert "auv2:" not in text
+    assert "Clock" not in text_of("paper-d")
+
+
+def test_land_links_are_listed():
+    """Land links are listed with what they can do."""
+    text = text_of("paper-d", "link.land=[{between=['auv1','auv3'],kind='cable',every_s=2.0,loss=0.1}]")
+    assert entry(text, "Land") == ("auv1 and auv3 by cable every 2 s, latency 0.05 s, 1e+06 bit/s, lost with p = 0.1")
+
+
+def test_a_modem_that_does_not_reach_the_whole_plan_is_said():
+    """Where craft are planned farther apart than the modem is ever heard, the text warns."""
+    far = "mission.formation_m.auv3=[-600.0, 10.0, 0.0]"
+    assert "WARNING: this modem is not heard beyond 200 m" in entry(
+        text_of("paper-d", "link.profile=ahoi", "mission.legs=1", far), "Distance"
+    )

@@ -107,19 +107,20 @@ def test_out_of_earshot():
 def test_a_real_modem_is_not_hurried(pace):
     """A craft with a modem on a serial port does not start in lockstep, nor faster than the wall clock."""
     real = {"auv2": {"modem": SERIAL}}
-    path, problem = fault(team(clock={"pace": pace}, craft=real))
+    path, problem = fault(team(profile="umodem_fsk0", clock={"pace": pace}, craft=real))
     assert path == "$.craft.auv2.modem"
     assert "'live' would do" in problem
-    check(team(clock={"pace": "live"}, craft=real))
-    check(team(clock={"pace": 1.0}, craft=real))
+    check(team(profile="umodem_fsk0", clock={"pace": "live"}, craft=real))
+    check(team(profile="umodem_fsk0", clock={"pace": 1.0}, craft=real))
 
 
 def test_an_address_taken_twice():
     """Two real modems cannot have one address, given or by their place in the team."""
-    craft = {"auv1": {"modem": SERIAL | {"address": 2}}, "auv3": {"modem": SERIAL}}
-    path, problem = fault(team(clock={"pace": "live"}, craft=craft))
+    other = SERIAL | {"port": "/dev/ttyS1"}
+    craft = {"auv1": {"modem": SERIAL | {"address": 3}}, "auv3": {"modem": other}}
+    path, problem = fault(team(profile="umodem_fsk0", clock={"pace": "live"}, craft=craft))
     assert path == "$.craft.auv3.modem.address"
-    assert "2 is the address of auv1" in problem
+    assert "3 is the address of auv1" in problem
 
 
 @pytest.mark.parametrize(

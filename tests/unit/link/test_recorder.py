@@ -46,6 +46,15 @@ def test_messages_come_back(tmp_path) -> None:
     assert third == ("/truth", 11, {"tick": 11, "t_ns": 11, "poses": []})
 
 
+def test_a_clock_behind_the_mission(tmp_path) -> None:
+    """What a clock behind the start of the mission has stamped is recorded at its start, and says its own time."""
+    recorder = Recorder(tmp_path / "run.mcap", METADATA)
+    recorder.write("fix", "auv1", -2 * 10**9, fix(-2))
+    recorder.close()
+    ((topic, t_ns, found),) = read_messages(tmp_path / "run.mcap")
+    assert (topic, t_ns, found["t_ns"]) == ("/auv1/fix", 0, -2 * 10**9)
+
+
 def test_the_fields_viewers_open_it(tmp_path) -> None:
     """A finished recording has an index, JSON schemas, its metadata and times, as any MCAP reader sees them."""
     record(tmp_path / "run.mcap", [3, 4])
