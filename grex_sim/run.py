@@ -7,7 +7,6 @@ import msgspec
 
 from grex_agent.core import AgentCore
 from grex_agent.mission import TeamPlan, plan_mission
-from grex_agent.modem.micromodem_rates import check_serial_modems
 from grex_agent.shell import Agent
 from grex_link import clock
 from grex_link.bus import MemoryBus, ZenohBus, serve
@@ -35,7 +34,6 @@ def check_scenario(scenario: Scenario) -> TeamPlan:
     ConfigError
         With the path of the fault.
     """
-    check_serial_modems(scenario)
     plan = plan_mission(scenario)
     AgentCore(scenario, next(iter(scenario.craft)))
     return plan

@@ -184,16 +184,19 @@ def check_serial_modems(scenario: Scenario) -> None:
     Raises
     ------
     ConfigError
-        If the pace is lockstep, two modems share a port, a land link ends at a craft with a serial modem, or for
-        rate and addresses see `plan_setup`.
+        If the pace is not that of the wall clock, two modems share a port, or a land link ends at a craft with a
+        serial modem; for rate and addresses see `plan_setup`.
     """
     ports: dict[str, str] = {}
     for craft, config in scenario.craft.items():
         if not isinstance(config.modem, SerialModem):
             continue
         path = f"$.craft.{craft}.modem"
-        if scenario.clock.lockstep:
-            raise ConfigError("$.clock.pace", f"{craft} has a serial modem, which knows no lockstep: take live")
+        if scenario.clock.pace not in {"live", 1.0}:
+            pace = scenario.clock.pace
+            raise ConfigError(
+                path, f"a real modem runs with the wall clock, not at clock.pace {pace!r}; 'live' would do"
+            )
         other = ports.setdefault(config.modem.port, craft)
         if other != craft:
             raise ConfigError(f"{path}.port", f"{config.modem.port} is the port of {other}, too")

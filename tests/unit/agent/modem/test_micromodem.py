@@ -736,7 +736,8 @@ def test_setup_of_a_scenario():
 @pytest.mark.parametrize(
     ("text", "path"),
     [
-        (team(SERIAL.format(0), "").replace('"live"', '"lockstep"'), "$.clock.pace"),
+        (team(SERIAL.format(0), "").replace('"live"', '"lockstep"'), "$.craft.auv1.modem"),
+        (team(SERIAL.format(0), "").replace('"live"', "2.0"), "$.craft.auv1.modem"),
         (team(SERIAL.format(0), SERIAL.format(0)), "$.craft.auv2.modem.port"),
         (team(SERIAL.format(0), "", profile='"s2c_im"'), "$.link.profile"),
         (team(SERIAL.format(0), "", land='[{ between = ["auv1", "auv2"] }]'), "$.link.land[0].between"),
