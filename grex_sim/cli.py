@@ -14,6 +14,7 @@ from grex_agent.modem.__main__ import modem
 from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
+from grex_sim.autopilot.__main__ import autopilot
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -256,6 +257,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "example": example,
     "agent": agent,
     "modem": modem,
+    "autopilot": autopilot,
     "link": link,
     # A name of two words, as which `_join` passes `grex link stats`: `grex link` itself takes a scenario.
     LINK_STATS: link_stats,
