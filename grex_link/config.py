@@ -468,3 +468,9 @@ class Scenario(Config, frozen=True, kw_only=True):
     def serial_craft(self) -> list[str]:
         """Craft whose modem is a real one on a serial port: their sound is not in the emulated water."""
         return [craft for craft, config in self.craft.items() if isinstance(config.modem, SerialModem)]
+
+    @property
+    def mavlink_craft(self) -> dict[str, MavlinkFrontseat]:
+        """Craft that are steered by an autopilot: the sea does not move them."""
+        frontseats = {craft: config.frontseat for craft, config in self.craft.items()}
+        return {craft: each for craft, each in frontseats.items() if isinstance(each, MavlinkFrontseat)}
