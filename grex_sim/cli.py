@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from grex_agent.__main__ import agent
+from grex_agent.frontseat.__main__ import frontseat
 from grex_agent.modem.__main__ import modem
 from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
@@ -257,6 +258,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "example": example,
     "agent": agent,
     "modem": modem,
+    "frontseat": frontseat,
     "autopilot": autopilot,
     "link": link,
     # A name of two words, as which `_join` passes `grex link stats`: `grex link` itself takes a scenario.

@@ -153,7 +153,7 @@ class Conversation:
         commands, notes = self.control.step(now_s, position=valid, fresh=self._fresh(now_s))
         for command in commands:
             self._commander.ask(command, urgent=True)
-        for command in self.streams.due(now_s * self.rate if not self.clock.known else self.clock.theirs_s(now_s)):
+        for command in self.streams.due(now_s, self.rate):
             self._commander.ask(command)
         if self.feeder is not None and self.feeder.needs_origin:
             self._commander.ask(_request(_ORIGIN, mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN))

@@ -67,17 +67,17 @@ class Streams:
         """Whether an answer is to a command of here."""
         return answer.command.purpose.startswith(_PURPOSE)
 
-    def due(self, boot_s: float) -> list[Command]:
-        """Return what is to be asked for, at a time of the autopilot's clock: all at first, then what is too rare."""
+    def due(self, now_s: float, rate: float) -> list[Command]:
+        """Return what is to be asked for, at a time of ours: all at first, then what is too rare."""
         if self._since_s is None:
-            self._since_s = boot_s
+            self._since_s = now_s
             return [self._command(number) for number in self._wanted]
-        passed_s = boot_s - self._since_s
+        passed_s = (now_s - self._since_s) * rate
         if passed_s < _WINDOW_S:
             return []
         self.rates = {kind: count / passed_s for kind, count in sorted(self._counts.items())}
         self._counts.clear()
-        self._since_s = boot_s
+        self._since_s = now_s
         return [
             self._command(number)
             for number, (name, rate) in self._wanted.items()
