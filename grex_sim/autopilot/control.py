@@ -88,7 +88,7 @@ class Control:
         self._goal = None
 
     def step(self, mode: Mode, pose: Pose, speed_mps: float, now_s: float) -> tuple[Drive, str, bool]:
-        """Go on to a time.
+        """Go on to a time; `speed_mps` is that through the water.
 
         Returns
         -------

@@ -86,7 +86,7 @@ class Autopilot:
         if text:
             brain.text(text, now_s)
         self._limits(brain)
-        drive, text, leave = brain.control.step(brain.modes.mode, brain.pose, craft.speed_mps, now_s)
+        drive, text, leave = brain.control.step(brain.modes.mode, brain.pose, abs(craft.truth.surge_mps), now_s)
         if text:
             brain.text(text, now_s)
         self._offboard(brain, now_s, leave=leave)

@@ -11,9 +11,10 @@ from grex_sim.autopilot.family import Family
 from grex_sim.vehicle import LagLoop, Vehicle
 
 STEP_S = 0.02
-_CLIMB_LAG_S = 1.0
+_CLIMB_LAG_S = 0.4
 _CLIMB_MAX_MPS = 1.5
-_DEPTH_GAIN = 1.2
+_CLIMB_RATE_MPS2 = 1.5
+_DEPTH_GAIN = 0.8
 
 
 class Drive(msgspec.Struct, frozen=True):
@@ -62,7 +63,9 @@ class Craft:
         self._who, self._wind = who, wind_ned_mps
         self._vehicle = Vehicle(who, config, sea, (0.0, 0.0, 0.0, heading_rad), 0.0, STEP_S)
         self._yaw = LagLoop(family.vehicle.heading, STEP_S)
-        self._climb = LagLoop(msgspec.structs.replace(family.vehicle.surge, lag_s=_CLIMB_LAG_S), STEP_S)
+        self._climb = LagLoop(
+            msgspec.structs.replace(family.vehicle.surge, lag_s=_CLIMB_LAG_S, rate_max=_CLIMB_RATE_MPS2), STEP_S
+        )
         self._time_s = 0.0
         self.heading_rad, self.yaw_rate = heading_rad, 0.0
         self.velocity = (0.0, 0.0, 0.0)

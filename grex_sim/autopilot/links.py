@@ -47,8 +47,11 @@ class Udp:
         self._socket.setblocking(False)  # noqa: FBT003
         self._peers: dict[tuple[str, int], None] = {} if listens else {(host, port): None}
         self._listens = listens
-        if listens:
-            self._socket.bind((host, port))
+        try:
+            self._socket.bind((host, port) if listens else ("", 0))
+        except OSError:
+            self._socket.close()
+            raise
         self.where = f"udp{'in' if listens else 'out'}:{host}:{port}"
 
     def files(self) -> list[int]:
