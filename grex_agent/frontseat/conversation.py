@@ -92,14 +92,14 @@ class Conversation:
         title = f"found {self.family.title} ({describe(message)}), system {self.source[0]}"
         return [Note(title), *self.on_message(message, now_s)]
 
-    def on_start(self, now_s: float) -> None:
-        """Begin the mission: from now on a silent agent is stale."""
+    def on_start(self, from_s: float) -> None:
+        """Begin the mission; see `FrontseatCore.on_start`."""
         self._started = True
-        self._setpoint_s = now_s
+        self._setpoint_s = from_s
 
     def on_setpoint(self, setpoint: Setpoint, now_s: float) -> list[Output]:
         """Take what the agent wants; sent at once, so that it is not older than it must be."""
-        self._setpoint, self._setpoint_s = setpoint, now_s
+        self._setpoint, self._setpoint_s = setpoint, max(now_s, self._setpoint_s)
         return self._send_setpoint(now_s)
 
     def on_message(self, message: Mavlink, now_s: float) -> list[Output]:

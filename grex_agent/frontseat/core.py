@@ -83,11 +83,11 @@ class FrontseatCore:
             return self._meet(message, now_s)
         return self.peer.on_message(message, now_s) if source == self.peer.source else []
 
-    def on_start(self, now_ns: int) -> list[Output]:
-        """Begin the mission: from now on a silent agent is stale."""
-        self._started_ns = now_ns
+    def on_start(self, from_ns: int) -> list[Output]:
+        """Begin the mission: from a time on, which may be yet to come, an agent that has been silent is stale."""
+        self._started_ns = from_ns
         if self.peer is not None:
-            self.peer.on_start(now_ns / NS)
+            self.peer.on_start(from_ns / NS)
         return []
 
     def on_setpoint(self, setpoint: Setpoint, now_ns: int) -> list[Output]:

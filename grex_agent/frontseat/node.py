@@ -156,7 +156,9 @@ class Frontseat:
             return
         self.started = True
         self._clock = WallClock(self._pace, message.epoch_unix_ns)
-        self._take(self._core.on_start(_now_ns()))
+        # The agent has spoken for the first tick before that has come; the next word is due a tick later.
+        first_s = self._clock.wall_s_until(self._tick_ns)
+        self._take(self._core.on_start(_now_ns() + round(first_s * NS)))
         # The bench wants to know where the craft is before the first tick.
         self._publish(0, 0.0)
 
