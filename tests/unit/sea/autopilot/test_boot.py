@@ -60,7 +60,7 @@ def test_arming_fails_with_changing_reasons_until_it_is_ready():
         bench.run(bench.now + 0.9)
     assert {result for at_s, result in results if at_s < 42.0} == {4}
     assert {result for at_s, result in results if at_s > 42.1} == {0}
-    assert len(set(text for text in bench.texts() if text.startswith("Arm:"))) >= 4
+    assert len({text for text in bench.texts() if text.startswith("Arm:")}) >= 4
 
 
 def test_manual_arms_without_a_position():

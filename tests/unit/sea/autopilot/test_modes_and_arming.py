@@ -5,7 +5,7 @@ from autopilots import ARM, MODES, SET_MODE, Bench
 
 
 def test_a_mode_accepted_too_early_is_taken_back():
-    """GUIDED 0.2 s after power-on: ACCEPTED, shown by the heartbeat, and 1.2 s later it is MANUAL again, with a text."""
+    """GUIDED 0.2 s after power-on: ACCEPTED, shown, and 1.2 s later it is MANUAL again, with a text."""
     bench = Bench(ready_s=None).run(0.2)
     assert bench.mode("GUIDED") == 0
     assert bench.run(1.1).shown == 15

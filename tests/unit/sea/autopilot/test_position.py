@@ -82,7 +82,7 @@ def test_a_short_loss_is_hardly_seen():
 
 
 def test_the_origin_is_its_own():
-    """Two craft at the same place have origins metres apart, none at the start; each local frame counts from its own."""
+    """Two craft at one place have origins apart, none at the start; each local frame counts from its own."""
     origins = []
     for system in (1, 2):
         bench = Bench(system=system, wind_ned_mps=(0.0, 0.0)).run(3.0)
@@ -179,7 +179,7 @@ def test_fixes_are_ignored_by_default():
 
 
 def test_an_external_estimate_needs_no_altitude():
-    """EXTERNAL_POSITION_ESTIMATE with an altitude is DENIED, with NaN it is taken while aiding, as a COMMAND_INT only."""
+    """EXTERNAL_POSITION_ESTIMATE with an altitude is DENIED, with NaN taken while aiding, as a COMMAND_INT only."""
     bench = Bench("sub").run(3.0)
     there = {"x": 543_700_000, "y": 101_600_000}
     assert bench.command(43003, name="COMMAND_INT", **there, z=0.0) == 2

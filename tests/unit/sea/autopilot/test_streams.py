@@ -47,12 +47,12 @@ def test_rates_have_a_limit(family, hz, result):
     assert Bench(family).run(3.0).command(SET_INTERVAL, ATTITUDE, 1e6 / hz) == result
 
 
-@pytest.mark.parametrize(("family", "interval", "request"), [("rover", 2, 4), ("sub", 2, 4), ("px4", 4, 4)])
-def test_unknown_messages(family, interval, request):
+@pytest.mark.parametrize(("family", "interval", "once"), [("rover", 2, 4), ("sub", 2, 4), ("px4", 4, 4)])
+def test_unknown_messages(family, interval, once):
     """The interval of a message nobody knows is DENIED (PX4: FAILED); asking for it once is FAILED."""
     bench = Bench(family).run(3.0)
     assert bench.command(SET_INTERVAL, 11999, 1e5) == interval
-    assert bench.command(REQUEST, 11999) == request
+    assert bench.command(REQUEST, 11999) == once
 
 
 def test_the_local_position_is_silent_without_an_origin():
