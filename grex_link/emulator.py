@@ -48,7 +48,7 @@ class Emulator:
         self._ledger = Ledger(self._team)
         self._lines: deque[LinkEvent] = deque()
         """Reported, and not yet in the ledger."""
-        self._final_ns = 0
+        self._final_ns = self._mission_ns = 0
         self._ledger_step_ns = max(self._tick_ns, round(scenario.link.ledger_s * NS))
         self._ledger_ns = 0
         """Time of the newest ledger."""
@@ -62,6 +62,7 @@ class Emulator:
         elif topic == "truth":
             if not self._config.lockstep:
                 self._place(message)
+                self._mission_ns = message.t_ns
                 if message.t_ns >= self._ledger_ns + self._ledger_step_ns:
                     self.on_deadline()
         elif topic == "clock":
@@ -152,7 +153,9 @@ class Emulator:
             self._outlet.put("report", "", LinkReport(tick, times, lines))
         self._final_ns = log_before_ns
         self._lines += lines
-        while self._ledger_ns + self._ledger_step_ns <= log_before_ns:
+        # The wall clock may have left a mission behind that is late, or over.
+        until_ns = log_before_ns if self._clock is None else min(log_before_ns, self._mission_ns)
+        while self._ledger_ns + self._ledger_step_ns <= until_ns:
             self._publish_ledger(self._ledger_ns + self._ledger_step_ns)
 
     def _publish_ledger(self, t_ns: int) -> None:
