@@ -22,7 +22,7 @@ from grex_link.scenario import loads
 from grex_link.units import NS
 
 ADDRESSES = {"auv1": 1, "auv2": 2, "auv3": 3}
-ECHOES = [("SRC", "1"), ("ASD", "0"), ("REV", "1"), ("RXD", "1"), ("TXF", "1"), ("CST", "1")]
+ECHOES = [("SRC", "1"), ("ASD", "0"), ("REV", "1"), ("RXD", "1"), ("TXF", "1"), ("CST", "1"), ("SNV", "0")]
 ZERO_TO_31 = "".join(f"{byte:02X}" for byte in range(32))
 
 
@@ -94,7 +94,7 @@ def test_the_modem_is_set_up_one_setting_after_the_other():
     assert len(talker.sent) == 1
     for key, value in ECHOES:
         talker.say(f"CACFG,{key},{value}")
-    assert talker.sent == [f"CCCFG,{key},{value}" for key, value in ECHOES]
+    assert talker.sent == [*(f"CCCFG,{key},{value}" for key, value in ECHOES[:-1]), "CCCFQ,SNV"]
     assert talker.told == [ModemStatus("ready")]
     assert talker.modem.ready
 
@@ -104,7 +104,7 @@ def test_an_old_firmware_does_without_a_setting():
     talker = Talker(ready=False)
     talker.take(talker.modem.on_connect(0))
     talker.say("CACFG,SRC,1", "CAERR,000010,NMEA,5,unknown setting", "CACFG,REV,1", "CACFG,RXD,1", "CACFG,TXF,1")
-    talker.say("CAERR,000010,NMEA,5,unknown setting")
+    talker.say("CAERR,000010,NMEA,5,unknown setting", "CACFG,SNV,0")
     assert talker.told == [ModemStatus("ready")]
     assert talker.modem.counts["error_NMEA"] == 2
 
@@ -469,6 +469,17 @@ def test_a_packet_of_several_frames_is_put_together():
             talker.say(f"CARXD,3,1,1,{number},{data}")
         talker.say(statistics)
         assert talker.told == [Received("auv3", payload, "auv1", rssi_db=166.0, snr_db=3.0)]
+
+
+@pytest.mark.parametrize(
+    ("snv", "clock_mode", "one_way_s"), [("1", "3", 0.2013), ("1", "2", 0.2013), ("1", "1", None), ("0", "3", None)]
+)
+def test_one_way_travel_time(snv, clock_mode, one_way_s):
+    """With all clocks on the beat of a second the fraction of the time of arrival is the travel time."""
+    talker = Talker("umodem_psk1")
+    talker.say(f"CACFG,SNV,{snv}", "CACYC,0,2,15,1,0,1", f"CARXD,2,15,0,1,{frames(b'hello', 'umodem_psk1')[0]}")
+    talker.say(PSK_GOOD.replace("223413.0000,0,", f"223413.2013,{clock_mode},"))
+    assert talker.told == [Received("auv2", b"hello", "", rssi_db=166.0, snr_db=3.0, one_way_s=one_way_s)]
 
 
 def test_without_statistics_a_packet_is_handed_over_after_a_second():

@@ -32,7 +32,7 @@ offset_s = 0.5
 """
 READY = b"".join(
     encode("CACFG", key, value)
-    for key, value in (("SRC", 1), ("ASD", 0), ("REV", 1), ("RXD", 1), ("TXF", 1), ("CST", 1))
+    for key, value in (("SRC", 1), ("ASD", 0), ("REV", 1), ("RXD", 1), ("TXF", 1), ("CST", 1), ("SNV", 0))
 )
 
 
