@@ -109,7 +109,9 @@ class Abilities:
 
     def land_frame(self, payload: bytes, now_ns: int) -> tuple[bytes, ...]:
         """Make the frame of a payload for cable and radio; none if it is empty or too long."""
-        frames = self._split(payload, LAND_BYTES_MAX, now_ns) if self.fragments else (payload,) * bool(payload)
+        if not self.fragments:
+            return (payload,) if 0 < len(payload) <= LAND_BYTES_MAX else ()
+        frames = self._split(payload, LAND_BYTES_MAX, now_ns)
         return frames if len(frames) == 1 else ()
 
     def _split(self, payload: bytes, frame_max_bytes: int, now_ns: int) -> tuple[bytes, ...]:

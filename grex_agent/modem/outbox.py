@@ -170,8 +170,9 @@ class Outbox:
         if item.ranging or event.status not in {"SENT", "DELIVERED"}:
             return []
         if item.acknowledge and event.status == "SENT":
-            item.sent += self._flights.sent(event.ticket)
-            return [TxEvent(item.ticket, "SENT")] if item.sent == len(item.frames) else []
+            news = self._flights.sent(event.ticket)
+            item.sent += news
+            return [TxEvent(item.ticket, "SENT")] if news and item.sent == len(item.frames) else []
         self._flights.end(event.ticket)
         item.finished += 1
         if item.finished < len(item.frames):
