@@ -491,6 +491,16 @@ def test_without_statistics_a_packet_is_handed_over_after_a_second():
     assert talker.told == [Received("auv2", b"hello", "", rssi_db=150.0)]
 
 
+def test_statistics_of_a_minipacket_in_between():
+    """An acknowledgement between two others has statistics of its own; they are not those of the packet."""
+    talker = Talker()
+    talker.say("CACYC,0,2,15,0,0,1", f"CARXD,2,15,0,1,{frames(b'hello')[0]}")
+    talker.say(PSK_GOOD.replace(",0,3,3,0,", ",0,2,1,0,").replace("0166", "0120"))
+    assert talker.told == []
+    talker.say(PSK_GOOD.replace(",0,3,3,0,", ",0,1,1,0,"))
+    assert talker.told == [Received("auv2", b"hello", "", rssi_db=166.0)]
+
+
 def test_a_packet_without_announcement():
     """If the announcement was missed, frames that come are still a packet; another packet ends it."""
     talker = Talker()

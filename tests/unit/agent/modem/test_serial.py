@@ -44,12 +44,12 @@ class Wire:
         self.from_driver = b""
         self.room = 1000
         self.gone = False
-        self.opened = 0
+        self.tries = 0
 
     def open(self) -> None:
+        self.tries += 1
         if self.gone:
             raise PortError("no such device")
-        self.opened += 1
 
     def read(self) -> bytes:
         if self.gone:
@@ -117,6 +117,17 @@ def test_the_modem_is_set_up_before_the_mission(bench):
     assert bench.events == [ModemEvent(0, round(0.25 * NS), ModemStatus("ready"))]
 
 
+def test_nothing_happens_before_the_mission(bench):
+    """By the modem's own clock the mission may not have begun; its events have no time before zero, nor run back."""
+    bench.say(READY)
+    bench.time.mission_s = -2.0
+    bench.driver.handle("clock", "", Clock("start", 0))
+    for mission_s in (-1.0, 5.0, 4.0):
+        bench.time.mission_s = mission_s
+        bench.say(encode("CAMUA", 2, 1, "1fab"))
+    assert [event.t_ns for event in bench.events] == [0, 0, round(5.5 * NS), round(5.5 * NS)]
+
+
 def test_requests_begin_by_the_crafts_clock(bench):
     """A request for 12 s by a clock that is half a second ahead begins 11.5 s into the mission."""
     bench.say(READY)
@@ -176,6 +187,7 @@ def test_an_unplugged_modem_comes_back(bench):
     assert status == ModemStatus("error", "the port is gone: device disconnected")
     assert TxEvent(0, "FAILED", "error") in [event.event for event in bench.events]
     assert len(bench.warnings) == 1
+    assert bench.wire.tries == 3
     bench.driver.handle("modem_tx", "auv1", Transmit(1, 0, b"x"))
     assert bench.events[-1].event == TxEvent(1, "FAILED", "off")
     bench.wire.gone, bench.wire.from_driver, bench.wall_s = False, b"", 5.0
