@@ -105,8 +105,8 @@ class LinkText:
         others = len(self._scenario.craft) - 1
         law = "(1 - p)^(N - 1)" if isinstance(self._mac, SlottedAlohaMac) else "[e^(-λT)/(1 + λT)]^(N - 1)"
         return (
-            f"{self._success():.3f} of the messages meet no other one and a mate that listens: {law}, N = {others + 1}; "
-            "more where the nearer craft is the louder one, or sound takes longer than a message"
+            f"{self._success():.3f} of the messages meet no other one and a mate that listens: {law}, "
+            f"N = {others + 1}; more where the nearer craft is the louder one, or sound takes longer than a message"
         )
 
     def _success(self) -> float:
