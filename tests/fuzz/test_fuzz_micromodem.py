@@ -15,7 +15,8 @@ KINDS = ["CAACK", "CACFG", "CACST", "CACYC", "CADRQ", "CAERR", "CAMFD", "CAMPA",
          "CAMUC", "CAMUR", "CAREV", "CARXD", "CATXD", "CATXF", "CAXST", "CATXP", "CARXP", "CADQF", "CAXYZ",
          "GPGGA"]  # fmt: skip
 FIELDS = ["", "0", "1", "2", "3", "15", "32", "64", "99", "-1", "1e308", "nan", "SRC", "SNV", "INIT", "AUV", "NMEA",
-          "BAD_CRC", "PACKET_TIMEOUT", "20110914", "0.2501", "1fab", "68656C6C6F80", "223413.2013", "9" * 30]  # fmt: skip
+          "BAD_CRC", "PACKET_TIMEOUT", "20110914", "0.2501", "1fab", "68656C6C6F80", "223413.2013", "9" * 30,
+          ]  # fmt: skip
 SETTINGS = [("SRC", 1), ("ASD", 0), ("REV", 1), ("RXD", 1), ("TXF", 1), ("CST", 1), ("SNV", 0)]
 #: Whole exchanges, so that the spoilt ones lead deep into the driver.
 CYCLE = [("CACYC", 0, 1, 2, 0, 1, 1), ("CADRQ", "000001", 1, 2, 1, 32, 1), ("CATXD", 1, 2, 1, 32), ("CATXF", 32),
