@@ -174,7 +174,7 @@ class Tdma(Config, frozen=True, tag="tdma"):
     guard_s: NonNegative | None = None
     """Silence after the messages of a slot; left out: what geometry, clocks and modem need."""
     range_max_m: Positive | None = None
-    """Longest distance the guard is for; left out: that of the planned mission, and half as much again."""
+    """Longest distance the guard is for; left out: that of the planned mission, half as much again, and 50 m."""
     clock_error_s: NonNegative = 0.01
     """How far a craft's clock may be off, for the guard."""
     jitter_s: NonNegative = 0.01
@@ -215,7 +215,9 @@ class WaterConfig(Config, frozen=True):
 
     sound_speed: Annotated[float, Meta(ge=1000.0, le=2000.0)] | Literal["mackenzie"] = 1500.0
     """The true speed of sound, m/s; or computed from temperature, salinity and depth."""
-    layers: Annotated[tuple[tuple[Finite, Annotated[float, Meta(ge=1000.0, le=2000.0)]], ...], Meta(max_length=100)] = ()
+    layers: Annotated[
+        tuple[tuple[Finite, Annotated[float, Meta(ge=1000.0, le=2000.0)]], ...], Meta(max_length=100)
+    ] = ()
     """Or a profile: (depth m, speed m/s) from above to below, linear between; overrides ``sound_speed``."""
     nominal_sound_speed_mps: Annotated[float, Meta(ge=1000.0, le=2000.0)] = 1500.0
     """What modems and agents reckon with, because they do not know the true one."""

@@ -156,9 +156,6 @@ def test_a_slot_that_was_missed_stays_missed():
     assert asked == [30 * NS]
 
 
-# -- what is told -------------------------------------------------------------------------------------------------
-
-
 def test_the_payload_is_the_own_state():
     """A transmission carries place in the team, time, position, depth, ordered speed, heading, track, Θ and sigma."""
     core = AgentCore(scenario(mission={"start_ned_m": [0.0, 0.0, 8.0]}), "auv2")
