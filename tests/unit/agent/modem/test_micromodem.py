@@ -329,6 +329,17 @@ def test_a_transmission_that_the_modem_reports_as_failed(line):
     assert talker.reasons() == ["error"]
 
 
+@pytest.mark.parametrize("request_", [Transmit(0, 0, b"\x01\x02"), RangeRequest(0, 0, "auv2")])
+def test_a_minipacket_or_ping_that_the_modem_reports_as_failed(request_):
+    """The same holds for minipackets and pings; statistics of a good transmission change nothing."""
+    talker = Talker("umodem_mini")
+    talker.ask(request_)
+    talker.say("CAXST,20110914,204459.0000,1,0,40,4000,25120,0,1,15,0,1,1,1,32")
+    assert talker.told == []
+    talker.say("CAXST,20110914,204459.0000,1,3,40,4000,25120,0,1,15,0,1,1,1,32")
+    assert talker.reasons() == ["error"]
+
+
 def test_a_command_that_the_modem_does_not_understand():
     """An error of module NMEA fails what has just been commanded; others are counted."""
     talker = Talker()
@@ -750,8 +761,8 @@ def test_setup_of_a_scenario():
     plan = plan_setup(scenario, "auv2", profile)
     assert (plan.own, plan.rate, plan.payload_max_bytes, plan.nominal_mps) == (2, Rate(0, 1, 32), 32, 1480.0)
     assert plan.airtime_ns == profile.airtime_ns(32)
-    # There and back over 5 km at 1400 m/s, and two packets: 7.1 s and more.
-    assert plan.answer_ns > s(7.1) + 2 * profile.airtime_ns(0)
+    # There and back over 5 km at 1400 m/s, and two minipackets of a second.
+    assert plan.answer_ns > s(7.1 + 2.0)
 
 
 @pytest.mark.parametrize(

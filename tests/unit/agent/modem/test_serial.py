@@ -199,6 +199,16 @@ def test_an_unplugged_modem_comes_back(bench):
     assert [event.seq for event in bench.events] == list(range(len(bench.events)))
 
 
+def test_a_port_that_is_lost_while_writing(bench):
+    """A port that is found gone while writing is lost once, and what was to be sent has failed."""
+    bench.say(READY)
+    bench.start()
+    bench.wire.gone = True
+    bench.driver.handle("modem_tx", "auv1", RangeRequest(0, 0, "auv2"))
+    assert [type(event.event).__name__ for event in bench.events[1:]] == ["RangeResult", "TxEvent", "ModemStatus"]
+    assert len(bench.warnings) == 1
+
+
 def test_a_modem_that_does_not_answer_is_logged(bench):
     """A modem that says nothing is one line in the log and one status."""
     bench.start()
