@@ -84,3 +84,12 @@ def test_no_opening_before_next(step_s: float) -> None:
         now_s += step_s
     assert found == mac.openings("auv1", 0, round(now_s * NS))
     assert len(found) > 40
+
+
+def test_set_back_again_and_again() -> None:
+    """A clock set back in several small steps brings no opening a second time either."""
+    openings = Openings(MAC, "auv1")
+    assert take(openings, 102.0, 103.0) == [102.0]
+    for now_s in (83.0, 63.0, 47.0):
+        assert take(openings, now_s, now_s + 1.0) == []
+    assert take(openings, 72.0, 103.0) == []

@@ -513,3 +513,12 @@ def test_requests_go_over_the_bus() -> None:
     port.range("auv2", 0)
     for request in run(port, 0.0, 1.0, state):
         assert msgspec.msgpack.decode(msgspec.msgpack.encode(request), type=Request) == request
+
+
+def test_numbers_of_payloads() -> None:
+    """Payloads in fragments are numbered from the time of the first, modulo 512: a restart gives other numbers."""
+    port = make(messages=4)
+    port.send(bytes(100), 600 * NS)
+    port.send(bytes(100), 601 * NS)
+    requests = run(port, 600.0, 601.0)
+    assert [int.from_bytes(each.payload[:4], "big") >> 8 & 511 for each in requests] == [88, 88, 89, 89]
