@@ -519,6 +519,6 @@ def test_numbers_of_payloads() -> None:
     """Payloads in fragments are numbered from the time of the first, modulo 512: a restart gives other numbers."""
     port = make(messages=4)
     port.send(bytes(100), 600 * NS)
-    port.send(bytes(100), 601 * NS)
+    port.send(bytes(100), 600 * NS)
     requests = run(port, 600.0, 601.0)
     assert [int.from_bytes(each.payload[:4], "big") >> 8 & 511 for each in requests] == [88, 88, 89, 89]
