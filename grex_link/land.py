@@ -4,7 +4,8 @@ import heapq
 from itertools import count
 
 from grex_link import draws
-from grex_link.config import LandConfig, Scenario
+from grex_link.config import Scenario
+from grex_link.link_config import LandConfig
 from grex_link.medium import Due, Medium
 from grex_link.messages import LinkEvent, Received, Request, Transmit, Truth, TxEvent
 from grex_link.units import NS

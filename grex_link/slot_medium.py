@@ -21,6 +21,7 @@ from grex_link.messages import (
     Truth,
     TxEvent,
 )
+from grex_link.modem_rules import refusal
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
 
@@ -92,18 +93,14 @@ class SlotMedium:
     # -- inside -------------------------------------------------------------------------------------------------
 
     def _begin(self, source: str, request: Request, start_ns: int) -> None:
-        if isinstance(request, RangeRequest):
-            silent = RangeResult(request.seq, request.destination, None)
-            self._announce(start_ns + self.lookahead_ns, source, source, silent)
-            self._announce(start_ns + self.lookahead_ns, source, source, TxEvent(request.seq, "FAILED", "error"))
-            self._refuse(source, request, start_ns, 0, "error")
-            return
-        size = len(request.payload)
+        size = len(request.payload) if isinstance(request, Transmit) else 0
         end_ns = start_ns + self._profile.airtime_ns(size)
-        refusal = self._refusal(source, request, start_ns)
-        if refusal:
-            self._announce(end_ns, source, source, TxEvent(request.seq, "FAILED", refusal))
-            self._refuse(source, request, start_ns, size, refusal)
+        reason = self._refusal(source, request, start_ns)
+        if reason or isinstance(request, RangeRequest):
+            self._note(LinkEvent(start_ns, "refused", source, request.seq, "", size, reason))
+            if isinstance(request, RangeRequest):
+                self._announce(end_ns, source, source, RangeResult(request.seq, request.destination, None))
+            self._announce(end_ns, source, source, TxEvent(request.seq, "FAILED", reason))
             return
         self._note(LinkEvent(start_ns, "started", source, request.seq, "", size, lasting_ns=end_ns - start_ns))
         cut = self._off(source, start_ns, end_ns)
@@ -114,19 +111,11 @@ class SlotMedium:
             if receiver != source:
                 self._arrive(end_ns, source, receiver, request, end_ns - start_ns, cut=cut)
 
-    def _refusal(self, source: str, request: Transmit, start_ns: int) -> str:
+    def _refusal(self, source: str, request: Request, start_ns: int) -> str:
         if self._off(source, start_ns, start_ns + 1):
             return "off"
-        if len(request.payload) > self._profile.payload_max_bytes:
-            return "size"
-        if request.destination == source or (request.destination and request.destination not in self._places):
-            return "address"
-        if request.acknowledge:
-            return "error"
-        return "busy" if start_ns < self._busy_until_ns else ""
-
-    def _refuse(self, source: str, request: Request, start_ns: int, size: int, reason: str) -> None:
-        self._note(LinkEvent(start_ns, "refused", source, request.seq, "", size, reason))
+        reason = refusal(self._profile, request, source, self._places)
+        return reason or ("busy" if start_ns < self._busy_until_ns else "")
 
     def _arrive(self, t_ns: int, source: str, receiver: str, request: Transmit, lasting_ns: int, *, cut: bool) -> None:
         size = len(request.payload)

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 from grex_agent.capabilities import heard_up_to_m, state_form
 from grex_agent.mission import TeamPlan, range_max_m
-from grex_link.config import CraftClockConfig, Scenario, Tdma
+from grex_link.config import CraftClockConfig, Scenario
+from grex_link.link_config import Tdma
 from grex_link.mac import Mac, PureAlohaMac, SlottedAlohaMac, plan_mac, slot_needs
 from grex_link.profile import ModemProfile
 from grex_link.tdma import Schedule, SlotNeeds

@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 
 from grex_agent.mission import TeamPlan
-from grex_link.config import Scenario, Tdma
+from grex_link.config import Scenario
 from grex_link.ledger import EDGES_S, faults
+from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
 from grex_link.units import NS
 from grex_sim.logbook import Logbook

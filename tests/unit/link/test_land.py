@@ -4,11 +4,8 @@ import math
 
 from acoustic_water import FOREVER_NS, NS, AcousticWater, triangle
 
-from grex_link.config import (
-    LandConfig,
-    LinkConfig,
-)
 from grex_link.land import WaterAndLand
+from grex_link.link_config import LandConfig, LinkConfig
 from grex_link.messages import RangeRequest, Received, Transmit, TxEvent
 
 MANY = 20_000

@@ -6,13 +6,8 @@ from statistics import fmean, pstdev
 import pytest
 from acoustic_water import AcousticWater, plain
 
-from grex_link.config import (
-    CraftClockConfig,
-    CraftConfig,
-    LinkConfig,
-    RangingErrors,
-    WaterConfig,
-)
+from grex_link.config import CraftClockConfig, CraftConfig
+from grex_link.link_config import LinkConfig, RangingErrors, WaterConfig
 from grex_link.messages import RangeResult, Received
 from grex_link.profile import Ranging
 
