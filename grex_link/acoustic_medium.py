@@ -143,8 +143,6 @@ class AcousticMedium:
         reason = self._refusal(node, request, t_ns)
         if reason:
             self._note(t_ns, "refused", packet, "", reason)
-            if isinstance(request, RangeRequest):
-                self._announce(t_ns, node, packet.key, RangeResult(request.seq, request.destination, None))
             self._announce(t_ns, node, packet.key, TxEvent(request.seq, "FAILED", reason))
             return
         sound = self._emit(packet, t_ns)

@@ -13,8 +13,6 @@ from grex_link.messages import (
     Happening,
     LinkEvent,
     ModemStatus,
-    RangeRequest,
-    RangeResult,
     Received,
     Request,
     Transmit,
@@ -96,12 +94,11 @@ class SlotMedium:
         size = len(request.payload) if isinstance(request, Transmit) else 0
         end_ns = start_ns + self._profile.airtime_ns(size)
         reason = self._refusal(source, request, start_ns)
-        if reason or isinstance(request, RangeRequest):
+        if reason:
             self._note(LinkEvent(start_ns, "refused", source, request.seq, "", size, reason))
-            if isinstance(request, RangeRequest):
-                self._announce(end_ns, source, source, RangeResult(request.seq, request.destination, None))
             self._announce(end_ns, source, source, TxEvent(request.seq, "FAILED", reason))
             return
+        assert isinstance(request, Transmit)  # noqa: S101 - this modem measures no ranges: refused
         self._note(LinkEvent(start_ns, "started", source, request.seq, "", size, lasting_ns=end_ns - start_ns))
         cut = self._off(source, start_ns, end_ns)
         status = TxEvent(request.seq, "FAILED", "off") if cut else TxEvent(request.seq, "SENT")

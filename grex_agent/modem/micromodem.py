@@ -23,8 +23,6 @@ from grex_link.messages import (
     BROADCAST,
     BadFrame,
     Happening,
-    RangeRequest,
-    RangeResult,
     Received,
     Request,
     TxEvent,
@@ -160,8 +158,6 @@ class MicroModem:
                 self._out.append(talk.begin(self._now_ns))
 
     def _refuse(self, request: Request, reason: str) -> None:
-        if isinstance(request, RangeRequest):
-            self._out.append(RangeResult(request.seq, request.destination, None))
         self._out.append(TxEvent(request.seq, "FAILED", reason))
 
     def _to_talk(self, sentence: Sentence) -> None:

@@ -11,7 +11,7 @@ A request fails because of
 ``expired``     it could not begin within its ttl
 others          the modem says so
 
-A ranging that a modem refuses ends with a `RangeResult` without a range, whatever the modem says after that.
+A ranging that nobody answers ends with a `RangeResult` without a range; one that is refused fails like the rest.
 """
 
 from collections import Counter

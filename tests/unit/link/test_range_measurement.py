@@ -8,7 +8,7 @@ from acoustic_water import AcousticWater, plain
 
 from grex_link.config import CraftClockConfig, CraftConfig
 from grex_link.link_config import LinkConfig, RangingErrors, WaterConfig
-from grex_link.messages import RangeResult, Received
+from grex_link.messages import RangeResult, Received, TxEvent
 from grex_link.profile import Ranging
 
 PAIR = {"a": (0.0, 0.0, 0.0), "b": (750.0, 0.0, 0.0)}
@@ -43,11 +43,15 @@ def test_range_at_the_nominal_speed_of_sound() -> None:
 
 
 def test_range_to_nobody() -> None:
-    """A range to who is out of reach, or unknown, is None; the modem says so instead of leaving the craft waiting."""
+    """A range to who is out of reach is None; one to who is unknown, or on a modem that measures none, has failed."""
     profile = plain(ranging=two_way(), range_max_m=500.0)
     assert range_of(AcousticWater(PAIR, profile)) == RangeResult(0, "b", None)
-    assert range_of(AcousticWater(PAIR, profile), destination="nobody") == RangeResult(0, "nobody", None)
-    assert range_of(AcousticWater(PAIR)) == RangeResult(0, "b", None)
+    for water, destination, reason in (
+        (AcousticWater(PAIR, profile), "nobody", "address"),
+        (AcousticWater(PAIR), "b", "error"),
+    ):
+        water.ping("a", 0.0, destination)
+        assert [event for *_, event in water.events()] == [TxEvent(0, "FAILED", reason)]
 
 
 def pinged(ranging: Ranging, errors: RangingErrors, count: int) -> list[float]:
