@@ -66,7 +66,9 @@ class Abilities:
         self._profile = profile
         self._mates = mates
         self._number: int | None = None
-        self.frame_max_bytes = min(profile.payload_max_bytes, message_bytes or sys.maxsize)
+        # A padded packet that is quite full cannot say whether its end is padding.
+        most = profile.payload_max_bytes - (profile.frame_bytes is not None)
+        self.frame_max_bytes = min(most, message_bytes or sys.maxsize)
         self.fragments = profile.bits_max >= 8 * profile.payload_max_bytes
 
     def capabilities(self) -> Capabilities:

@@ -45,6 +45,9 @@ def test_who_has_no_land_link() -> None:
     medium.request("c", by_land(0, 1.0), NS)
     medium.advance(FOREVER_NS)
     assert [(who, event) for _, who, event in medium.events(FOREVER_NS)] == [("c", TxEvent(0, "FAILED", "address"))]
+    assert [(line.kind, line.source, line.reason, line.purpose) for line in medium.log(FOREVER_NS)] == [
+        ("refused", "c", "address", "land")
+    ]
 
 
 def test_land_links_lose_their_share() -> None:
