@@ -59,7 +59,8 @@ class SlotMedium:
 
     def request(self, source: str, request: Request, start_ns: int) -> None:
         """Accept a request."""
-        begin_ns = max(start_ns, self._now_ns)
+        # Nothing comes of a request before its airtime is over, so one that is a little late still begins in time.
+        begin_ns = max(start_ns, self._now_ns - self.lookahead_ns)
         heapq.heappush(self._requests, (begin_ns, self._places[source], request.seq, next(self._order), request))
 
     def advance(self, until_ns: int) -> None:
