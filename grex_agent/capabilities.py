@@ -7,6 +7,7 @@ from grex_agent.mission import TeamPlan, range_min_m
 from grex_agent.modem.micromodem_rates import check_serial_modems
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError, WireError
+from grex_link.link_config import WaterConfig
 from grex_link.profile import ModemProfile, Protocol, load_profile, profile_names
 from grex_link.wire import BITS, Form, choose_form
 
@@ -33,8 +34,7 @@ def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile
     _check_reach(scenario, plan, profile)
     check_serial_modems(scenario)
     check_frontseats(scenario)
-    _check_times_and_names(scenario)
-    _check_burst(scenario)
+    _check_water(scenario, profile)
 
 
 def state_form(scenario: Scenario, profile: ModemProfile) -> Form:
@@ -96,35 +96,17 @@ def _others(able: Callable[[ModemProfile], bool]) -> str:
     return ", ".join(name for name in profile_names() if able(load_profile(name)))
 
 
-def _check_times_and_names(scenario: Scenario) -> None:
+def _check_water(scenario: Scenario, profile: ModemProfile) -> None:
+    """Refuse physics asked of a modem that has none."""
     link = scenario.link
-    for number, outage in enumerate(link.outages):
-        _check_craft(scenario, outage.craft, f"$.link.outages[{number}].craft")
-        _check_end(outage.start_s, outage.end_s, f"$.link.outages[{number}].end_s")
-    for number, jammer in enumerate(link.jammers):
-        _check_end(jammer.start_s, jammer.end_s, f"$.link.jammers[{number}].end_s")
-    for number, land in enumerate(link.land):
-        for side, craft in enumerate(land.between):
-            _check_craft(scenario, craft, f"$.link.land[{number}].between[{side}]")
-        if land.between[0] == land.between[1]:
-            raise ConfigError(f"$.link.land[{number}].between", f"{craft} needs no link to itself; name two craft")
-
-
-def _check_craft(scenario: Scenario, craft: str, path: str) -> None:
-    if craft not in scenario.craft:
-        raise ConfigError(path, f"unknown craft {craft!r}; there are {', '.join(scenario.craft)}")
-
-
-def _check_end(start_s: float, end_s: float, path: str) -> None:
-    if end_s <= start_s:
-        raise ConfigError(path, f"{end_s:g} s is not after start_s = {start_s:g} s")
-
-
-def _check_burst(scenario: Scenario) -> None:
-    burst = scenario.link.burst
-    if burst is not None and not burst.loss_good <= burst.loss <= burst.loss_bad:
-        raise ConfigError(
-            "$.link.burst.loss",
-            f"{burst.loss:g} is no mean of loss_good {burst.loss_good:g} and loss_bad {burst.loss_bad:g}; "
-            "it must lie between them",
-        )
+    if profile.one_speaker_at_a_time:
+        asked = {
+            "shadowing": link.shadowing is not None,
+            "jammers": bool(link.jammers),
+            "water": link.water != WaterConfig(),
+        }
+        for name in [name for name, given in asked.items() if given]:
+            raise ConfigError(
+                f"$.link.{name}",
+                f"has no effect: {link.profile} has no acoustics; take another profile, or leave it out",
+            )

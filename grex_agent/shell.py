@@ -121,9 +121,9 @@ class Agent:
 
     def _on_clock(self, message: Clock) -> None:
         if message.phase == "bye":
+            self._send_states()
             if self._now_ns is not None:
                 self._outlet.put("port", self._craft, self._core.ledger(self._now_ns))
-            self._send_states()
             self.done = True
             if message.reason:
                 raise GrexError(f"sim ended the run: {message.reason}")

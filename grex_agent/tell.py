@@ -80,6 +80,9 @@ class TeamTalk:
         if event.source == self._craft or place % 16 != state.source or state.track >= len(tracks):
             self.bad_frames += 1
             return None
+        if state.t_s > now_s:
+            # The mate's clock is ahead of ours. It cannot be from the future, so it counts as of now.
+            state = msgspec.structs.replace(state, t_s=now_s)
         return Report(event.source, self._completed(event.source, state))
 
     def _completed(self, craft: str, state: wire.TeamState) -> wire.TeamState:

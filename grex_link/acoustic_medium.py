@@ -5,18 +5,14 @@ it is for, and what the modems say of it is decided here.
 """
 
 import heapq
-import math
-from collections.abc import Sequence
 from functools import partial
 from itertools import count
-
-import numpy as np
-from numpy.typing import NDArray
 
 from grex_link.acoustics import Water
 from grex_link.channel_loss import ChannelLoss
 from grex_link.config import Scenario
 from grex_link.craft_clock import TeamClocks
+from grex_link.hearing import Hearing
 from grex_link.medium import Due
 from grex_link.messages import (
     BadFrame,
@@ -27,21 +23,18 @@ from grex_link.messages import (
     RangeResult,
     Received,
     Request,
-    Transmit,
     Truth,
     TxEvent,
 )
+from grex_link.modem_rules import refusal
 from grex_link.noise_sources import NoiseSources
 from grex_link.packet import Draws, Packet, Purpose
-from grex_link.profile import ModemProfile, Protocol
-from grex_link.propagation import Paths, Propagation, Shadowing
+from grex_link.profile import ModemProfile
+from grex_link.propagation import Propagation, Shadowing
 from grex_link.range_measurement import RangeMeasurement
-from grex_link.reception import Reception
 from grex_link.sound_field import OTHER, SEND, Key, Sound, SoundField, power, ratio_db
 from grex_link.units import NS
 
-#: In UnetStack's protocol model all levels are 0 dB; against this noise one is heard, and two are not.
-_PROTOCOL_NOISE_DB = -10.0
 #: An answer is waited for as if it came from this far away, unless the profile says that the modem reaches less far.
 _ANSWER_RANGE_M = 5000.0
 _SLOWEST_MPS = 1400.0
@@ -65,12 +58,9 @@ class AcousticMedium:
         self._places = {craft: place for place, craft in enumerate(self._names)}
         self._clocks = TeamClocks(scenario)
         self._team_clocks = list(self._clocks.craft.values())
-        self._reception = Reception(profile)
-        self._loss = ChannelLoss(link, scenario.link_seed)
-        self._draws = Draws(scenario.link_seed, self._names)
-        nominal_mps = link.water.nominal_sound_speed_mps
-        self._measurement = RangeMeasurement(profile, link.ranging, nominal_mps, self._draws)
-        self._protocol = profile.reception if isinstance(profile.reception, Protocol) else None
+        draws = Draws(scenario.link_seed, self._names)
+        self._hearing = Hearing(profile, ChannelLoss(link, scenario.link_seed), draws, self._names)
+        self._measurement = RangeMeasurement(profile, link.ranging, link.water.nominal_sound_speed_mps, draws)
         water = Water(
             link.water,
             profile.frequency_hz or 1.0,
@@ -81,10 +71,9 @@ class AcousticMedium:
         shadowing = Shadowing(link.shadowing, scenario.link_seed, self._names) if link.shadowing else None
         nowhere = [(0.0, 0.0, 0.0)] * len(self._names)
         self._propagation = Propagation(water, profile.source_level_db or 0.0, nowhere, shadowing)
-        ambient = power(_PROTOCOL_NOISE_DB if self._protocol else water.noise_db)
-        self._field = SoundField(len(self._names), ambient, 0.0 if self._protocol else profile.lock_sinr_db, self)
+        ambient = power(self._hearing.noise_db(water.noise_db))
+        self._field = SoundField(len(self._names), ambient, self._hearing.lock_sinr_db, self)
         self._noise = NoiseSources(scenario, self._field, self._propagation, ambient)
-        self._reach_m = _reach_m(profile)
         self._decode_ns = round(profile.decode_latency_s * NS)
         self._upcoming: list[tuple[int, int]] = []
         self._on_air: list[Sound | None] = [None] * len(self._names)
@@ -151,12 +140,10 @@ class AcousticMedium:
 
     def _begin(self, node: int, request: Request, t_ns: int) -> None:
         packet = self._packet(node, request)
-        refusal = self._refusal(node, request, t_ns)
-        if refusal:
-            self._note(t_ns, "refused", packet, "", refusal)
-            if isinstance(request, RangeRequest):
-                self._announce(t_ns, node, packet.key, RangeResult(request.seq, request.destination, None))
-            self._announce(t_ns, node, packet.key, TxEvent(request.seq, "FAILED", refusal))
+        reason = self._refusal(node, request, t_ns)
+        if reason:
+            self._note(t_ns, "refused", packet, "", reason)
+            self._announce(t_ns, node, packet.key, TxEvent(request.seq, "FAILED", reason))
             return
         sound = self._emit(packet, t_ns)
         end_ns = t_ns + sound.airtime_ns
@@ -175,56 +162,23 @@ class AcousticMedium:
                       acknowledge=request.acknowledge)  # fmt: skip
 
     def _refusal(self, node: int, request: Request, t_ns: int) -> str:
-        profile, destination = self._profile, request.destination
-        reason = ""
         if self._field.off[node]:
-            reason = "off"
-        elif isinstance(request, Transmit):
-            if len(request.payload) > profile.payload_max_bytes:
-                reason = "size"
-            elif not destination and (not profile.broadcast or request.acknowledge):
-                reason = "address"
-            elif request.acknowledge and not profile.acknowledges:
-                reason = "error"
-        elif not profile.ranging.two_way:
-            reason = "error"
-        elif not destination:
-            reason = "address"
-        if not reason and destination and self._places.get(destination, node) == node:
-            reason = "address"
+            return "off"
+        reason = refusal(self._profile, request, self._names[node], self._places)
         return reason or ("busy" if t_ns < self._field.deaf_until_ns[node] else "")
 
     def _emit(self, packet: Packet, t_ns: int) -> Sound:
         paths = self._propagation.paths(packet.source, t_ns)
-        audible = None if self._reach_m == math.inf else (paths.range_m <= self._reach_m).tolist()
-        if self._protocol is not None:
-            levels = np.where(paths.range_m <= self._protocol.interference_m, 0.0, -np.inf)
-            paths = paths._replace(level_db=levels)
-            audible = self._detected(self._protocol, packet, paths)
-        elif self._profile.rician_k is not None:
-            fading_db = self._fading_db(self._profile.rician_k, packet, paths.receivers)
-            paths = paths._replace(level_db=paths.level_db + fading_db)
-        airtime_ns = self._profile.airtime_ns(packet.size)
+        paths, audible = self._hearing.paths(packet, paths)
+        airtime_ns = (
+            self._profile.airtime_ns(packet.size) if packet.purpose == "data" else self._profile.ping_airtime_ns
+        )
         sound = Sound(packet.key, t_ns, airtime_ns, paths, audible, packet)
         packet.clock_error_ns = self._team_clocks[packet.source].error_ns(t_ns)
         self._note(t_ns, "started", packet, lasting_ns=airtime_ns)
         self._on_air[packet.source] = sound
         self._field.send(packet.source, sound, round(self._profile.turnaround_s * NS))
         return sound
-
-    def _detected(self, protocol: Protocol, packet: Packet, paths: Paths) -> list[bool]:
-        missed = 1.0 - protocol.detection
-        return [
-            distance_m <= self._reach_m and not self._draws.happens(missed, "detection", packet, node)
-            for distance_m, node in zip(paths.range_m.tolist(), paths.receivers, strict=True)
-        ]
-
-    def _fading_db(self, k: float, packet: Packet, receivers: Sequence[int]) -> NDArray[np.float64]:
-        """Rician fading, drawn for every packet and receiver; mean power 1."""
-        steady, scatter = math.sqrt(k / (k + 1.0)), math.sqrt(0.5 / (k + 1.0))
-        x, y = np.array([self._draws.normal("fading", packet, node) for node in receivers]).reshape(-1, 2).T
-        gain: NDArray[np.float64] = (steady + scatter * x) ** 2 + (scatter * y) ** 2
-        return 10.0 * np.log10(np.maximum(gain, 1e-12))
 
     def _end_transmission(self, sound: Sound, t_ns: int) -> None:
         packet: Packet = sound.content
@@ -246,38 +200,19 @@ class AcousticMedium:
         packet: Packet = sound.content
         node = sound.receivers[index]
         sinr_db = ratio_db(sound.power[index], others)
-        reason = "lost_cut" if sound.cut else self._loss_reason(t_ns, sound, index, others)
+        noise = self._field.noise(node)
+        reason = "lost_cut" if sound.cut else self._hearing.loss_reason(sound, index, others, noise, t_ns)
         if not reason:
             hear = partial(self._hear, sound, index, sinr_db)
             self._field.at(t_ns + self._decode_ns, OTHER, packet.key, hear)
             return
         self._note(t_ns, "lost", packet, self._names[node], reason, sinr_db=sinr_db)
         # Which packet it was is known to nobody who could not read it.
-        self._announce(t_ns + self._decode_ns, node, packet.key, BadFrame())
+        self._field.at(t_ns + self._decode_ns, OTHER, packet.key, partial(self._garbled, packet, node))
 
-    def _loss_reason(self, t_ns: int, sound: Sound, index: int, others: int) -> str:
-        """Say why a packet that was locked to is lost: p_ok = channel · range table · (1 - PER(lowest SINR))."""
-        packet: Packet = sound.content
-        node, range_m, strength = sound.receivers[index], float(sound.range_m[index]), sound.power[index]
-        happens, noise = self._draws.happens, self._field.noise(node)
-        if self._protocol is not None:
-            if strength < others:
-                return "lost_collision"
-            garbled = range_m > self._protocol.communication_m
-            if garbled or happens(1.0 - self._protocol.communication, "communication", packet, node):
-                return "lost_noise"
-        else:
-            per = self._reception.packet_error_rate(ratio_db(strength, others), packet.size)
-            if happens(per, "error", packet, node):
-                alone = self._reception.packet_error_rate(ratio_db(strength, noise), packet.size)
-                return "lost_noise" if alone >= per else "lost_collision"
-            if happens(1.0 - self._reception.range_delivery(range_m), "range", packet, node):
-                return "lost_noise"
-            if others > noise:
-                survival = self._reception.interference_delivery(ratio_db(strength, others - noise))
-                if happens(1.0 - survival, "interference", packet, node):
-                    return "lost_collision"
-        return self._loss.reason(packet.name, self._names[node], t_ns, *self._draws.which(packet))
+    def _garbled(self, packet: Packet, node: int, t_ns: int) -> None:
+        if self._off_ns[node] < t_ns - self._decode_ns:
+            self._announce(t_ns, node, packet.key, BadFrame())
 
     def _hear(self, sound: Sound, index: int, sinr_db: float, t_ns: int) -> None:
         packet: Packet = sound.content
@@ -334,7 +269,7 @@ class AcousticMedium:
         if packet.purpose == "data":
             self._announce(t_ns, node, packet.key, TxEvent(packet.seq, "DELIVERED"))
         else:
-            range_m = self._measurement.two_way_m(packet, answer, t_ns - start_ns)
+            range_m = self._measurement.two_way_m(packet, t_ns - start_ns)
             self._announce(t_ns, node, packet.key, RangeResult(packet.seq, self._names[answer.source], range_m))
 
     def _give_up(self, packet: Packet, t_ns: int) -> None:
@@ -349,9 +284,9 @@ class AcousticMedium:
     def _patience_ns(self) -> int:
         """How long after the end of a question an answer may take: there and back as far as the modem reaches."""
         profile = self._profile
-        seconds = 2.0 * min(self._reach_m, _ANSWER_RANGE_M) / _SLOWEST_MPS
+        seconds = 2.0 * min(self._hearing.reach_m, _ANSWER_RANGE_M) / _SLOWEST_MPS
         seconds += profile.ranging.reply_s + 2.0 * profile.decode_latency_s
-        return round(seconds * NS) + profile.airtime_ns(profile.ranging.ping_bytes)
+        return round(seconds * NS) + profile.ping_airtime_ns
 
     # -- outages ------------------------------------------------------------------------------------------------
 
@@ -359,7 +294,7 @@ class AcousticMedium:
         """Cut short what a modem transmits, lose what it hears, and give up what it waits for."""
         sound, cut = self._on_air[node], None
         if sound is not None and t_ns < self._field.sending_until_ns[node]:
-            sound.cut = True
+            self._field.cut(sound, t_ns)
             cut = sound.content
             if cut.purpose == "data":
                 self._announce(t_ns, node, sound.key, TxEvent(cut.seq, "FAILED", "off"))
@@ -398,13 +333,3 @@ class AcousticMedium:
         self._lines.append(
             LinkEvent(t_ns, kind, packet.name, packet.seq, receiver, packet.size, reason, packet.purpose,  # type: ignore[arg-type]
                       packet.asked_by, lasting_ns, sinr_db))  # fmt: skip
-
-
-def _reach_m(profile: ModemProfile) -> float:
-    """Beyond this nothing is heard, by what the profile says itself."""
-    reaches = [profile.range_max_m or math.inf]
-    if isinstance(profile.reception, Protocol):
-        reaches.append(profile.reception.detection_m)
-    if profile.range_pdr is not None and profile.range_pdr.pdr[-1] == 0.0:
-        reaches.append(profile.range_pdr.range_m[-1])
-    return min(reaches)

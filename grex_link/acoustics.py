@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from grex_link.config import FixedNoise, WaterConfig
 from grex_link.errors import ConfigError
+from grex_link.link_config import FixedNoise, WaterConfig
 
 Vector = NDArray[np.float64]
 Numbers = float | Vector

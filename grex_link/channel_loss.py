@@ -3,7 +3,7 @@
 import math
 
 from grex_link import draws
-from grex_link.config import BurstConfig, LinkConfig
+from grex_link.link_config import BurstConfig, LinkConfig
 from grex_link.units import NS
 
 

@@ -14,6 +14,9 @@ from grex_link.messages import Advance, Clock, LinkEvent, LinkReport, ModemEvent
 from grex_link.node import Outlet
 from grex_link.units import NS, tick_ns
 
+#: Wall seconds; from a fix to the requests of an agent it takes a few milliseconds.
+_BEHIND_S = 0.01
+
 
 class Emulator:
     """The link as a node of the bus.
@@ -45,10 +48,13 @@ class Emulator:
         self._steps: list[Step] = []
         self._sent = dict.fromkeys(self._team, 0)
         self._clock: WallClock | None = None
+        # At the live paces the water is a moment behind, so that a request for a slot that opens just now is in time.
+        self._behind_ns = max(0, round(_BEHIND_S * NS * self._config.factor) - self._medium.lookahead_ns)
+        self._truths: deque[Truth] = deque()
         self._ledger = Ledger(self._team)
         self._lines: deque[LinkEvent] = deque()
         """Reported, and not yet in the ledger."""
-        self._final_ns = 0
+        self._final_ns = self._mission_ns = 0
         self._ledger_step_ns = max(self._tick_ns, round(scenario.link.ledger_s * NS))
         self._ledger_ns = 0
         """Time of the newest ledger."""
@@ -61,7 +67,8 @@ class Emulator:
             self._advance(message)
         elif topic == "truth":
             if not self._config.lockstep:
-                self._place(message)
+                self._truths.append(message)
+                self._mission_ns = message.t_ns
                 if message.t_ns >= self._ledger_ns + self._ledger_step_ns:
                     self.on_deadline()
         elif topic == "clock":
@@ -72,14 +79,12 @@ class Emulator:
     def wall_s_to_deadline(self) -> float | None:
         """Wall seconds until the next modem event is due; live paces only."""
         due_ns = self._medium.next_event_ns()
-        return None if self._clock is None or due_ns is None else self._clock.wall_s_until(due_ns)
+        return None if self._clock is None or due_ns is None else self._clock.wall_s_until(due_ns + self._behind_ns)
 
     def on_deadline(self) -> None:
         """Hand out the modem events whose time has come."""
         if self._clock is not None:
-            by_now_ns = self._clock.now_ns() + 1
-            self._medium.advance(by_now_ns)
-            self._hand_out(-1, by_now_ns, by_now_ns)
+            self._work_until(self._clock.now_ns() - self._behind_ns + 1)
 
     def in_idle_time(self) -> bool:
         """Nothing here can wait."""
@@ -134,6 +139,13 @@ class Emulator:
             self._medium.request(craft, request, self._clocks.craft[craft].true_ns(request.t_ns))
             self.on_deadline()
 
+    def _work_until(self, until_ns: int) -> None:
+        """Live paces: work through the water up to a time, with the poses of each moment, and hand out what came."""
+        while self._truths and self._truths[0].t_ns < until_ns:
+            self._place(self._truths.popleft())
+        self._medium.advance(until_ns)
+        self._hand_out(-1, until_ns, until_ns)
+
     def _place(self, truth: Truth) -> None:
         self._clocks.see(truth)
         self._medium.advance(truth.t_ns)
@@ -152,7 +164,9 @@ class Emulator:
             self._outlet.put("report", "", LinkReport(tick, times, lines))
         self._final_ns = log_before_ns
         self._lines += lines
-        while self._ledger_ns + self._ledger_step_ns <= log_before_ns:
+        # The wall clock may have left a mission behind that is late, or over.
+        until_ns = log_before_ns if self._clock is None else min(log_before_ns, self._mission_ns)
+        while self._ledger_ns + self._ledger_step_ns <= until_ns:
             self._publish_ledger(self._ledger_ns + self._ledger_step_ns)
 
     def _publish_ledger(self, t_ns: int) -> None:
@@ -182,8 +196,7 @@ class Emulator:
     def _close_ledger(self, end_ns: int) -> None:
         """Publish the last ledger: of what is final in lockstep, else of what there was until the mission was over."""
         if self._clock is not None:
-            self._medium.advance(end_ns)
-            self._hand_out(-1, end_ns, end_ns)
+            self._work_until(end_ns)
         end_ns = self._final_ns
         if end_ns > self._ledger_ns:
             self._publish_ledger(end_ns)

@@ -4,7 +4,8 @@ import heapq
 from itertools import count
 
 from grex_link import draws
-from grex_link.config import LandConfig, Scenario
+from grex_link.config import Scenario
+from grex_link.link_config import LandConfig
 from grex_link.medium import Due, Medium
 from grex_link.messages import LinkEvent, Received, Request, Transmit, Truth, TxEvent
 from grex_link.units import NS
@@ -56,10 +57,7 @@ class WaterAndLand:
         self._water.advance(until_ns)
         while self._requests and self._requests[0][0] < until_ns:
             begin_ns, _, _, _, request, source = heapq.heappop(self._requests)
-            for destination, link in self._links[source]:
-                self._send(source, destination, link, request, begin_ns)
-            status = TxEvent(request.seq, "SENT") if self._links[source] else TxEvent(request.seq, "FAILED", "address")
-            self._announce(begin_ns + self.lookahead_ns, source, status)
+            self._begin(source, request, begin_ns)
         self._now_ns = max(self._now_ns, until_ns)
 
     def events(self, before_ns: int) -> list[Due]:
@@ -86,6 +84,16 @@ class WaterAndLand:
         if (water_ns := self._water.next_event_ns()) is not None:
             times.append(water_ns)
         return min(times, default=None)
+
+    def _begin(self, source: str, request: Transmit, t_ns: int) -> None:
+        status = TxEvent(request.seq, "SENT")
+        for destination, link in self._links[source]:
+            self._send(source, destination, link, request, t_ns)
+        if not self._links[source]:
+            size = len(request.payload)
+            self._note(LinkEvent(t_ns, "refused", source, request.seq, "", size, "address", "land"))
+            status = TxEvent(request.seq, "FAILED", "address")
+        self._announce(t_ns + self.lookahead_ns, source, status)
 
     def _send(self, source: str, destination: str, link: LandConfig, request: Transmit, t_ns: int) -> None:
         size = len(request.payload)

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from grex_link import draws
-from grex_link.config import PureAloha, Scenario, SlottedAloha, Tdma
+from grex_link.config import Scenario
+from grex_link.link_config import PureAloha, SlottedAloha, Tdma
 from grex_link.profile import load_profile
 from grex_link.tdma import SlotNeeds, plan_schedule, slowest_sound_mps
 from grex_link.units import NS

@@ -234,7 +234,8 @@ class LinkEvent(Message, frozen=True):
     size_bytes: int = 0
     reason: str = ""
     """Why it was lost: out_of_range, missed_snr, missed_busy, missed_halfduplex, missed_off, aborted_own_tx,
-    aborted_off, lost_collision, lost_noise, lost_burst, lost_land; or why it was refused: busy, size, address, off."""
+    aborted_off, lost_cut (the modem of the sender went off), lost_collision, lost_noise, lost_burst, lost_land; or why
+    it was refused: busy, size, address, error, off."""
     purpose: Literal["data", "ping", "answer", "ack", "land"] = "data"
     asked_by: str = ""
     """Whose request an answer or an acknowledgement answers."""

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from functools import partial
 
-from grex_link.config import JammerConfig, Scenario, SelfNoiseConfig
+from grex_link.config import Scenario, SelfNoiseConfig
+from grex_link.link_config import JammerConfig
 from grex_link.messages import Truth
 from grex_link.propagation import Propagation
 from grex_link.sound_field import OTHER, SoundField, power

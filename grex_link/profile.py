@@ -106,6 +106,8 @@ class Ranging(Data, frozen=True):
     """Time the other modem takes before it answers; both know it."""
     ping_bytes: Annotated[int, Meta(ge=0)] = 0
     """Length of a ping and of its answer, as far as the airtime goes."""
+    ping_airtime_s: Annotated[float, Meta(gt=0.0, le=1e4)] | None = None
+    """Airtime of a ping, its answer, or an acknowledgement; left out: that of a payload of that length."""
 
 
 class ModemProfile(Data, frozen=True, kw_only=True):
@@ -179,6 +181,12 @@ class ModemProfile(Data, frozen=True, kw_only=True):
         frame = self.frame_bytes
         padded = size_bytes if frame is None else -(-max(size_bytes, 1) // frame) * frame
         return round((self.airtime_fixed_s + self.airtime_per_byte_s * padded) * NS)
+
+    @property
+    def ping_airtime_ns(self) -> int:
+        """Time on the air of a ping, its answer, or an acknowledgement, nanoseconds."""
+        ping_s = self.ranging.ping_airtime_s
+        return self.airtime_ns(self.ranging.ping_bytes) if ping_s is None else round(ping_s * NS)
 
     @property
     def lock_sinr_db(self) -> float:

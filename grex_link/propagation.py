@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grex_link import draws
 from grex_link.acoustics import Water, transmission_loss
-from grex_link.config import ShadowingConfig
+from grex_link.link_config import ShadowingConfig
 from grex_link.units import NS
 
 Vector = NDArray[np.float64]

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from grex_link.config import RangingErrors
 from grex_link.craft_clock import CraftClock
+from grex_link.link_config import RangingErrors
 from grex_link.packet import Draws, Packet
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
@@ -31,14 +31,13 @@ class RangeMeasurement:
         self._nominal_mps = nominal_mps
         self._draws = draws
 
-    def two_way_m(self, ping: Packet, answer: Packet, elapsed_ns: int) -> float:
+    def two_way_m(self, ping: Packet, elapsed_ns: int) -> float:
         """Range from the time between the start of a ping and the end of its answer, metres.
 
         Airtimes, decoding and the other modem's time to answer are known and taken off.
         """
         profile = self._profile
-        known_ns = profile.airtime_ns(ping.size) + profile.airtime_ns(answer.size)
-        known_ns += round((self._ranging.reply_s + 2.0 * profile.decode_latency_s) * NS)
+        known_ns = 2 * profile.ping_airtime_ns + round((self._ranging.reply_s + 2.0 * profile.decode_latency_s) * NS)
         range_m = 0.5 * (elapsed_ns - known_ns) / NS * self._nominal_mps
         return max(0.0, self._measured(range_m, "two_way", ping, None))
 

@@ -16,8 +16,9 @@ import msgspec
 from msgspec import Meta
 
 from grex_link.acoustics import Water
-from grex_link.config import Config, Finite, FixedNoise, Positive, WaterConfig, WenzNoise
+from grex_link.config_base import Config, Finite, Positive
 from grex_link.errors import ConfigError
+from grex_link.link_config import FixedNoise, WaterConfig, WenzNoise
 from grex_link.propagation import Paths, Propagation
 from grex_link.sound_field import SEND, Sound, SoundField, power, sinr_db
 from grex_link.units import NS

@@ -11,6 +11,7 @@ import msgspec
 
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
+from grex_link.link_check import check_link
 from grex_link.topics import is_reserved
 
 _UNKNOWN = re.compile(r"Object contains unknown field `(.+?)`", re.DOTALL)
@@ -60,6 +61,10 @@ def loads(text: str, overrides: Sequence[str] = (), name: str = "scenario") -> S
 
 def decode(document: dict[str, Any]) -> Scenario:
     """Turn a document of plain tables into a checked scenario."""
+    link = document.get("link")
+    mac = link.get("mac") if isinstance(link, dict) else None
+    if isinstance(mac, dict):
+        mac.setdefault("type", "tdma")  # so that `--set link.mac.cycle_s=60` is enough
     try:
         scenario = msgspec.convert(document, Scenario)
     except msgspec.ValidationError as error:
@@ -151,6 +156,7 @@ def _check_names(scenario: Scenario) -> None:
             raise ConfigError(
                 f"$.craft.{craft}", "this name is taken by another participant on the bus; choose another"
             )
+    check_link(scenario)
     _check_mission_names(scenario)
     _check_limits(scenario)
 

@@ -13,14 +13,13 @@ from grex_link.messages import (
     Happening,
     LinkEvent,
     ModemStatus,
-    RangeRequest,
-    RangeResult,
     Received,
     Request,
     Transmit,
     Truth,
     TxEvent,
 )
+from grex_link.modem_rules import refusal
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
 
@@ -60,7 +59,8 @@ class SlotMedium:
 
     def request(self, source: str, request: Request, start_ns: int) -> None:
         """Accept a request."""
-        begin_ns = max(start_ns, self._now_ns)
+        # Nothing comes of a request before its airtime is over, so one that is a little late still begins in time.
+        begin_ns = max(start_ns, self._now_ns - self.lookahead_ns)
         heapq.heappush(self._requests, (begin_ns, self._places[source], request.seq, next(self._order), request))
 
     def advance(self, until_ns: int) -> None:
@@ -92,19 +92,14 @@ class SlotMedium:
     # -- inside -------------------------------------------------------------------------------------------------
 
     def _begin(self, source: str, request: Request, start_ns: int) -> None:
-        if isinstance(request, RangeRequest):
-            silent = RangeResult(request.seq, request.destination, None)
-            self._announce(start_ns + self.lookahead_ns, source, source, silent)
-            self._announce(start_ns + self.lookahead_ns, source, source, TxEvent(request.seq, "FAILED", "error"))
-            self._refuse(source, request, start_ns, 0, "error")
-            return
-        size = len(request.payload)
+        size = len(request.payload) if isinstance(request, Transmit) else 0
         end_ns = start_ns + self._profile.airtime_ns(size)
-        refusal = self._refusal(source, request, start_ns)
-        if refusal:
-            self._announce(end_ns, source, source, TxEvent(request.seq, "FAILED", refusal))
-            self._refuse(source, request, start_ns, size, refusal)
+        reason = self._refusal(source, request, start_ns)
+        if reason:
+            self._note(LinkEvent(start_ns, "refused", source, request.seq, "", size, reason))
+            self._announce(end_ns, source, source, TxEvent(request.seq, "FAILED", reason))
             return
+        assert isinstance(request, Transmit)  # noqa: S101 - this modem measures no ranges: refused
         self._note(LinkEvent(start_ns, "started", source, request.seq, "", size, lasting_ns=end_ns - start_ns))
         cut = self._off(source, start_ns, end_ns)
         status = TxEvent(request.seq, "FAILED", "off") if cut else TxEvent(request.seq, "SENT")
@@ -114,19 +109,11 @@ class SlotMedium:
             if receiver != source:
                 self._arrive(end_ns, source, receiver, request, end_ns - start_ns, cut=cut)
 
-    def _refusal(self, source: str, request: Transmit, start_ns: int) -> str:
+    def _refusal(self, source: str, request: Request, start_ns: int) -> str:
         if self._off(source, start_ns, start_ns + 1):
             return "off"
-        if len(request.payload) > self._profile.payload_max_bytes:
-            return "size"
-        if request.destination == source or (request.destination and request.destination not in self._places):
-            return "address"
-        if request.acknowledge:
-            return "error"
-        return "busy" if start_ns < self._busy_until_ns else ""
-
-    def _refuse(self, source: str, request: Request, start_ns: int, size: int, reason: str) -> None:
-        self._note(LinkEvent(start_ns, "refused", source, request.seq, "", size, reason))
+        reason = refusal(self._profile, request, source, self._places)
+        return reason or ("busy" if start_ns < self._busy_until_ns else "")
 
     def _arrive(self, t_ns: int, source: str, receiver: str, request: Transmit, lasting_ns: int, *, cut: bool) -> None:
         size = len(request.payload)

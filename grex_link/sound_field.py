@@ -184,6 +184,20 @@ class SoundField:
             which = sound.key, next(self._serial)
             heapq.heappush(self._queue, (first_ns, START, which, 0, sound))
 
+    def cut(self, sound: Sound, t_ns: int) -> None:
+        """Cut a transmission short; where it is already heard it ends a delay later."""
+        planned_ns, sound.airtime_ns, sound.cut = sound.airtime_ns, t_ns - sound.start_ns, True
+        for index, node in enumerate(sound.receivers):
+            arrival_ns = sound.start_ns + sound.delay_ns[index]
+            entry = (arrival_ns + planned_ns, sound.power[index])
+            if entry in self._ends[node]:
+                self._ends[node].remove(entry)
+                self._ends[node].append((t_ns + sound.delay_ns[index], sound.power[index]))
+                heapq.heapify(self._ends[node])
+            if self._locked[node] is sound:
+                which = sound.key, next(self._serial)
+                heapq.heappush(self._queue, (t_ns + sound.delay_ns[index], END, which, index, sound))
+
     def switch(self, node: int, t_ns: int, *, off: bool) -> None:
         """Switch a node's modem off or on."""
         self.off[node] = off

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from grex_link.config import SlotConfig, Tdma, WaterConfig
 from grex_link.errors import ConfigError
+from grex_link.link_config import SlotConfig, Tdma, WaterConfig
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
 

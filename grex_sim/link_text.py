@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 from grex_agent.capabilities import heard_up_to_m, state_form
 from grex_agent.mission import TeamPlan, range_max_m
-from grex_link.config import CraftClockConfig, Scenario, Tdma
+from grex_link.config import CraftClockConfig, Scenario
+from grex_link.link_config import Tdma
 from grex_link.mac import Mac, PureAlohaMac, SlottedAlohaMac, plan_mac, slot_needs
 from grex_link.profile import ModemProfile
 from grex_link.tdma import Schedule, SlotNeeds
@@ -105,7 +106,8 @@ class LinkText:
         others = len(self._scenario.craft) - 1
         law = "(1 - p)^(N - 1)" if isinstance(self._mac, SlottedAlohaMac) else "[e^(-λT)/(1 + λT)]^(N - 1)"
         return (
-            f"{self._success():.3f} of the messages meet no other one and a mate that listens: {law}, N = {others + 1}"
+            f"{self._success():.3f} of the messages meet no other one and a mate that listens: {law}, "
+            f"N = {others + 1}; more where the nearer craft is the louder one, or sound takes longer than a message"
         )
 
     def _success(self) -> float:

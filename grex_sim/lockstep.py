@@ -17,8 +17,8 @@ import heapq
 from grex_agent.mission import TeamPlan
 from grex_link import clock
 from grex_link.config import Scenario
-from grex_link.medium import make_medium
 from grex_link.errors import FaultError
+from grex_link.medium import make_medium
 from grex_link.messages import Advance, Clock, LinkReport, Setpoint, Step
 from grex_link.node import Outlet
 from grex_sim.hub import Hub, Progress

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import msgspec
 
 from grex_link.acoustics import Water
-from grex_link.config import Tdma, WaterConfig
+from grex_link.link_config import Tdma, WaterConfig
 from grex_link.profile import ModemProfile, Protocol
 from grex_link.reception import Reception
 from grex_link.tdma import SlotNeeds, slowest_sound_mps

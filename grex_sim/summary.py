@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 
 from grex_agent.mission import TeamPlan
-from grex_link.config import Scenario, SerialModem, Tdma
+from grex_link.config import Scenario
 from grex_link.ledger import EDGES_S, faults
+from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
 from grex_link.units import NS
 from grex_sim.logbook import Logbook
@@ -133,8 +134,9 @@ def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[st
     mac = scenario.link.mac
     # What is handed over at the very end may not have begun: the messages of a slot, and one over land.
     in_hand = (mac.messages_per_slot if isinstance(mac, Tdma) else 1) + bool(scenario.link.land)
-    # The link knows nothing of what a modem on a serial line does, and the books of a broken run are of several times.
-    comparable = complete and not any(isinstance(craft.modem, SerialModem) for craft in scenario.craft.values())
+    # The books of a broken run are of several times. At a live pace a message may leave an agent before the end of the
+    # mission and come to its modem after it; and of modems on a serial line, which are live, the link knows nothing.
+    comparable = complete and scenario.clock.lockstep
     return {
         "ledger_s": ledger and ledger.t_ns / NS,
         "ledger_faults": [] if ledger is None else faults(ledger, logbook.ports, in_hand if comparable else None),

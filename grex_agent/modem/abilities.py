@@ -66,7 +66,9 @@ class Abilities:
         self._profile = profile
         self._mates = mates
         self._number: int | None = None
-        self.frame_max_bytes = min(profile.payload_max_bytes, message_bytes or sys.maxsize)
+        # A padded packet that is quite full cannot say whether its end is padding.
+        most = profile.payload_max_bytes - (profile.frame_bytes is not None)
+        self.frame_max_bytes = min(most, message_bytes or sys.maxsize)
         self.fragments = profile.bits_max >= 8 * profile.payload_max_bytes
 
     def capabilities(self) -> Capabilities:
@@ -109,7 +111,9 @@ class Abilities:
 
     def land_frame(self, payload: bytes, now_ns: int) -> tuple[bytes, ...]:
         """Make the frame of a payload for cable and radio; none if it is empty or too long."""
-        frames = self._split(payload, LAND_BYTES_MAX, now_ns) if self.fragments else (payload,) * bool(payload)
+        if not self.fragments:
+            return (payload,) if 0 < len(payload) <= LAND_BYTES_MAX else ()
+        frames = self._split(payload, LAND_BYTES_MAX, now_ns)
         return frames if len(frames) == 1 else ()
 
     def _split(self, payload: bytes, frame_max_bytes: int, now_ns: int) -> tuple[bytes, ...]:

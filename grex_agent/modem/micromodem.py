@@ -23,8 +23,6 @@ from grex_link.messages import (
     BROADCAST,
     BadFrame,
     Happening,
-    RangeRequest,
-    RangeResult,
     Received,
     Request,
     TxEvent,
@@ -160,8 +158,6 @@ class MicroModem:
                 self._out.append(talk.begin(self._now_ns))
 
     def _refuse(self, request: Request, reason: str) -> None:
-        if isinstance(request, RangeRequest):
-            self._out.append(RangeResult(request.seq, request.destination, None))
         self._out.append(TxEvent(request.seq, "FAILED", reason))
 
     def _to_talk(self, sentence: Sentence) -> None:
@@ -231,7 +227,7 @@ class MicroModem:
         """``$CAMUA,SRC,DEST,HHHH``: 13 bits of somebody."""
         source, destination = map(int, sentence.fields[:2])
         payload = int(sentence.fields[2], 16).to_bytes(2, "big")
-        self._deliver(source, destination, payload, self._hearing.take_level(), None)
+        self._deliver(Heard(source, destination, [], level_db=self._hearing.take_level()), payload)
 
     def _on_matched_filter(self, sentence: Sentence) -> None:
         """``$CAMFD,peak,power,rssi,spl``: the level of what is about to be decoded, if there are no statistics."""
@@ -247,19 +243,18 @@ class MicroModem:
             if packet.fault:
                 self._out.append(BadFrame(packet.fault))
             else:
-                self._deliver(packet.source, packet.destination, join(packet.frames), packet.level_db, packet.snr_db)
+                self._deliver(packet, join(packet.frames))
 
-    def _deliver(
-        self, source: int, destination: int, payload: bytes, level_db: float | None, snr_db: float | None
-    ) -> None:
-        name = self._names.get(source)
-        if name is None or source == self._setup.own:
+    def _deliver(self, packet: Heard, payload: bytes) -> None:
+        name = self._names.get(packet.source)
+        if name is None or packet.source == self._setup.own:
             self.counts["unknown_address"] += 1
-        elif destination not in {BROADCAST_ADDRESS, self._setup.own}:
+        elif packet.destination not in {BROADCAST_ADDRESS, self._setup.own}:
             self.counts["overheard"] += 1
         else:
-            to = BROADCAST if destination == BROADCAST_ADDRESS else self._setup.craft
-            self._out.append(Received(name, payload, to, rssi_db=level_db, snr_db=snr_db))
+            to = BROADCAST if packet.destination == BROADCAST_ADDRESS else self._setup.craft
+            one_way_s = packet.past_second_s if self._upkeep.synchronous else None
+            self._out.append(Received(name, payload, to, packet.level_db, packet.snr_db, one_way_s=one_way_s))
 
     # -- the modem itself ---------------------------------------------------------------------------------------
 

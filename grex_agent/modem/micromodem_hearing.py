@@ -1,5 +1,6 @@
 """What a Micro-Modem hears, put together: announcement, frames, complaints and statistics of each packet."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -10,6 +11,9 @@ SETTLE_NS = NS
 
 _GOOD, _BAD_CRC, _TIMEOUT = 0, 1, 2
 _MINIPACKETS = (2, 4)
+#: Clock modes in which a pulse every second keeps the modem's clock.
+_SYNCHRONISED = {"2", "3"}
+_DIGITS = re.compile(r"[0-9]{1,9}\Z", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +30,8 @@ class Heard:
         Empty if it is whole.
     level_db, snr_db : float or None
         Received level, dB re 1 µPa, and signal-to-noise ratio, as far as the modem says.
+    past_second_s : float or None
+        How far into a second of a synchronised clock it came.
     """
 
     source: int
@@ -34,6 +40,7 @@ class Heard:
     fault: str = ""
     level_db: float | None = None
     snr_db: float | None = None
+    past_second_s: float | None = None
 
 
 @dataclass(slots=True)
@@ -58,6 +65,7 @@ class Statistics:
     packet_type: int
     level_db: float | None
     snr_db: float | None
+    past_second_s: float | None
 
 
 def read_statistics(fields: tuple[str, ...]) -> Statistics | None:
@@ -79,7 +87,11 @@ def read_statistics(fields: tuple[str, ...]) -> Statistics | None:
         return None
     # Only PSK has equalizer statistics; 0 and -1 stand for not measured.
     psk = packet_type in {3, 4}
-    return Statistics(mode, packet_type, _plausible(level_db), snr_db if psk and -50.0 < snr_db < 100.0 else None)
+    fraction = fields[start + 1].partition(".")[2]
+    past_second_s = float("0." + fraction) if fields[start + 2] in _SYNCHRONISED and _DIGITS.match(fraction) else None
+    return Statistics(
+        mode, packet_type, _plausible(level_db), snr_db if psk and -50.0 < snr_db < 100.0 else None, past_second_s
+    )
 
 
 def _plausible(level_db: float) -> float | None:
@@ -172,10 +184,10 @@ class Hearing:
         packet, self._packet = self._packet, None
         if packet is None or not (packet.frames or packet.fault):
             return
-        level_db, snr_db = self.take_level(), None
-        if statistics is not None:
-            level_db, snr_db = statistics.level_db, statistics.snr_db
+        measured = statistics or Statistics(_GOOD, 0, self.take_level(), None, None)
+        self._level_db = None
         wanted = range(1, (packet.count or max(packet.frames, default=0)) + 1)
         fault = packet.fault or ("" if all(number in packet.frames for number in wanted) else "incomplete")
         frames = [] if fault else [packet.frames[number] for number in wanted]
-        yield Heard(packet.source, packet.destination, frames, fault, level_db, snr_db)
+        yield Heard(packet.source, packet.destination, frames, fault, measured.level_db, measured.snr_db,
+                    measured.past_second_s)  # fmt: skip

@@ -162,7 +162,7 @@ def plan_setup(scenario: Scenario, craft: str, profile: ModemProfile) -> Setup:
     if name not in RATES:
         known = ", ".join(RATES)
         raise ConfigError("$.link.profile", f"{name!r} is no rate of a serial Micro-Modem; these are: {known}")
-    ping_ns = profile.airtime_ns(profile.ranging.ping_bytes)
+    ping_ns = profile.ping_airtime_ns
     reach_m = min(profile.range_max_m or _ANSWER_RANGE_M, _ANSWER_RANGE_M)
     there_and_back_s = 2.0 * reach_m / _SLOWEST_MPS + profile.ranging.reply_s + 2.0 * profile.decode_latency_s
     return Setup(

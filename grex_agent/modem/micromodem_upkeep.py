@@ -37,6 +37,9 @@ class Upkeep:
         When `on_time` wants to be called.
     version : str
         Of the firmware, once it has said so.
+    synchronous : bool
+        Whether the modem begins to transmit with the second of its clock (its owner's setting SNV); then, if the team
+        does the same, the fraction of a second at which something arrives is its travel time.
     no_echo : int
         Commands that have not been answered.
     """
@@ -45,6 +48,7 @@ class Upkeep:
         self.ready = False
         self.until_ns: int | None = None
         self.version = ""
+        self.synchronous = False
         self.no_echo = 0
         self._address = str(address)
         self._commands: deque[tuple[str, ...]] = deque()
@@ -60,6 +64,7 @@ class Upkeep:
         """Begin to set the modem up."""
         self.ready = False
         self._commands = deque(("CCCFG", *setting) for setting in (("SRC", self._address), *_SETTINGS))
+        self._commands.append(("CCCFQ", "SNV"))
         return self._next(now_ns)
 
     def disconnected(self, why: str) -> list[bytes | Happening]:
@@ -80,7 +85,9 @@ class Upkeep:
 
     def setting(self, key: str, value: str, now_ns: int) -> list[bytes | Happening]:
         """Take the modem's word for one of its settings."""
-        if self.configuring and self._commands[0][1:] == (key, value):
+        if key == "SNV":
+            self.synchronous = value == "1"
+        if self.configuring and self._commands[0][1:] in {(key, value), (key,)}:
             self._commands.popleft()
             return self._next(now_ns)
         return self.configure(now_ns) if self.ready and key == "SRC" and value != self._address else []

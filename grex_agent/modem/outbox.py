@@ -11,7 +11,7 @@ A request fails because of
 ``expired``     it could not begin within its ttl
 others          the modem says so
 
-A ranging that a modem refuses ends with a `RangeResult` without a range, whatever the modem says after that.
+A ranging that nobody answers ends with a `RangeResult` without a range; one that is refused fails like the rest.
 """
 
 from collections import Counter
@@ -170,8 +170,9 @@ class Outbox:
         if item.ranging or event.status not in {"SENT", "DELIVERED"}:
             return []
         if item.acknowledge and event.status == "SENT":
-            item.sent += self._flights.sent(event.ticket)
-            return [TxEvent(item.ticket, "SENT")] if item.sent == len(item.frames) else []
+            news = self._flights.sent(event.ticket)
+            item.sent += news
+            return [TxEvent(item.ticket, "SENT")] if news and item.sent == len(item.frames) else []
         self._flights.end(event.ticket)
         item.finished += 1
         if item.finished < len(item.frames):

@@ -8,7 +8,7 @@ import pytest
 from slot_water import team_scenario
 
 from grex_link.acoustic_medium import AcousticMedium
-from grex_link.config import LinkConfig
+from grex_link.link_config import LinkConfig
 from grex_link.messages import Pose, Transmit, Truth
 from grex_link.process import collect_rarely
 from grex_link.profile import load_profile

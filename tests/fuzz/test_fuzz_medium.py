@@ -8,14 +8,14 @@ import pytest
 from fuzzing import INPUTS
 from slot_water import team_scenario
 
-from grex_link.config import (
+from grex_link.config import SelfNoiseConfig
+from grex_link.link_config import (
     BurstConfig,
     FixedNoise,
     JammerConfig,
     LandConfig,
     LinkConfig,
     OutageConfig,
-    SelfNoiseConfig,
     ShadowingConfig,
     WaterConfig,
 )

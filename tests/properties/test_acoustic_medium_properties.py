@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grex_link.acoustic_medium import AcousticMedium
-from grex_link.config import BurstConfig, JammerConfig, LinkConfig, OutageConfig, ShadowingConfig
+from grex_link.link_config import BurstConfig, JammerConfig, LinkConfig, OutageConfig, ShadowingConfig
 from grex_link.messages import LinkEvent, RangeRequest, Request, Transmit
 from grex_link.profile import ErrorTable, ModemProfile, Ranging
 from grex_link.units import NS
@@ -129,6 +129,8 @@ def test_nothing_arrives_early(profile: ModemProfile, link: LinkConfig, wishes) 
             # A modem that goes off while it decodes notices when the payload does not come out.
             decoded = line.reason == "aborted_off" and line.t_ns == ends_ns + round(profile.decode_latency_s * NS)
             assert decoded or arrives_ns <= line.t_ns < ends_ns
+        elif line.reason == "lost_cut":
+            assert arrives_ns <= line.t_ns < ends_ns
         else:
             assert line.t_ns == ends_ns
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_medium import Verdict, Water, outcomes
 
-from grex_link.config import WenzNoise
+from grex_link.link_config import WenzNoise
 from grex_link.replay import MediumConfig, ModemConfig, NodeConfig, Replay, ReplayConfig, Transmission
 
 Row = tuple[float, str, int]

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from slot_water import SlotWater
 
-from grex_link.config import SlotConfig, Tdma
 from grex_link.errors import ConfigError
+from grex_link.link_config import SlotConfig, Tdma
 from grex_link.messages import Received, Transmit
 from grex_link.profile import ModemProfile, load_profile
 from grex_link.slot_medium import SlotMedium

@@ -16,7 +16,7 @@ from itertools import pairwise
 import pytest
 from acoustic_water import AcousticWater, fates, plain, triangle
 
-from grex_link.config import BurstConfig, LinkConfig
+from grex_link.link_config import BurstConfig, LinkConfig
 from grex_link.mac import PureAlohaMac, SlottedAlohaMac
 from grex_link.messages import LinkEvent
 from grex_link.units import NS

@@ -7,7 +7,8 @@ from typing import Any
 import msgspec
 
 from grex_link.acoustic_medium import AcousticMedium
-from grex_link.config import CraftConfig, LinkConfig, Scenario, TrackList, Tracks
+from grex_link.config import CraftConfig, Scenario, TrackList, Tracks
+from grex_link.link_config import LinkConfig
 from grex_link.medium import Due
 from grex_link.messages import LinkEvent, Pose, RangeRequest, Transmit, Truth
 from grex_link.profile import ModemProfile, Threshold

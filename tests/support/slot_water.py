@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from grex_link.config import CraftConfig, LinkConfig, Scenario, TrackList, Tracks
+from grex_link.config import CraftConfig, Scenario, TrackList, Tracks
+from grex_link.link_config import LinkConfig
 from grex_link.medium import Due
 from grex_link.messages import LinkEvent, Transmit
 from grex_link.profile import ModemProfile, load_profile

@@ -10,7 +10,9 @@ from importlib.resources import files
 import pytest
 from missions import SCENARIOS
 
-from grex_link.config import Config, PureAloha, Scenario, SerialModem, SlottedAloha
+from grex_link.config import Scenario, SerialModem
+from grex_link.config_base import Config
+from grex_link.link_config import PureAloha, SlottedAloha
 from grex_link.scenario import decode, loads
 from grex_sim import cli
 

@@ -120,6 +120,16 @@ def test_statistics_of_a_whole_run(run):
         assert 10.0 < link.age.p50_s < link.age.p90_s
 
 
+def test_a_live_run_has_the_ledger_of_its_end(tmp_path):
+    """At a live pace, too, the last ledger is of the mission's end, and exactly that of the recorded events."""
+    overrides = ["clock.pace=400", "link.profile=s2c_im", "link.ledger_s=20", "link.land=[{between=['auv1','auv2']}]"]
+    summary = fly("paper-d", "duration_s=110", *overrides, out=tmp_path)
+    stats = link_stats(tmp_path)
+    assert (stats.recomputed, stats.mission_s, stats.faults) == (False, 110.0, [])
+    assert summary.messages_sent == sum(node.water.started + node.water.by_land for node in stats.nodes.values()) > 0
+    assert summary.in_flight == sum(path.on_the_way for path in summary.paths.values())
+
+
 def test_age_of_a_real_run(tmp_path):
     """In the paper's cycle, whole cycles with nothing lost, information is 25 s old on average: 10 to 40 s, evenly."""
     fly("paper-d", "duration_s=1810", out=tmp_path)

@@ -97,7 +97,7 @@ def test_any_order_of_arrival(estimator):
         node.handle("clock", "auv1", Clock("bye"))
         results.append(list(outlet))
     assert all(result == results[0] for result in results)
-    (mate,) = results[0][-1][2].states[0].mates
+    (mate,) = results[0][-2][2].states[0].mates
     assert mate.age_s == (0.0 if estimator == "ideal" else 3.0)
 
 
@@ -131,6 +131,18 @@ def test_states_are_complete_at_the_end():
     node.handle("clock", "auv1", Clock("bye"))
     assert node.done
     assert [state.tick for state in outlet.states()] == list(range(23))
+
+
+def test_the_last_word_is_the_ledger():
+    """When the mission is over the agent puts the ledger of its modem port, by its own clock, if it has stepped."""
+    node, outlet = aboard()
+    node.handle("clock", "auv1", Clock("bye"))
+    assert outlet == []
+    node, outlet = aboard()
+    node.handle("fix", "auv1", fix(0, t_s=5.0))
+    node.handle("clock", "auv1", Clock("bye"))
+    topic, craft, ledger = outlet[-1]
+    assert (topic, craft, ledger.t_ns) == ("port", "auv1", 5 * NS)
 
 
 def test_transmissions_come_before_the_setpoint_that_counts_them():

@@ -107,3 +107,15 @@ def test_any_bytes_are_a_state_or_counted(payload, source):
     if report is not None:
         assert report.craft == "auv2"
         assert math.isfinite(report.state.north_m + report.state.east_m + report.state.sigma_m)
+
+
+def test_a_mate_whose_clock_is_ahead():
+    """What is from the future by our clock counts as of now: a mate cannot know what has not been."""
+    tell = TeamTalk("auv2", PLAN)
+    processor = ManoeuvreProcessor(PLAN.craft["auv2"])
+    ahead, behind = (tell.state(Fix(0, t_s * NS, 1.0, 2.0, 9.0, 0.0, 1.0, 0.2), processor, 1.0) for t_s in (105, 95))
+    listener = TeamTalk("auv1", PLAN)
+    for state, read_s in ((ahead, 100.0), (behind, 95.0)):
+        report = listener.read(Received("auv2", tell.pack(state)[0]), 100.0)
+        assert report is not None
+        assert report.state.t_s == read_s

@@ -6,7 +6,7 @@ from statistics import fmean
 import pytest
 from acoustic_water import STILL, AcousticWater, fates, plain, triangle
 
-from grex_link.config import FixedNoise, LinkConfig, WaterConfig
+from grex_link.link_config import FixedNoise, LinkConfig, WaterConfig
 from grex_link.messages import BadFrame, Received
 from grex_link.profile import ErrorTable, InterferenceTable, ModemProfile, Protocol, RangeTable, Threshold
 

@@ -14,8 +14,8 @@ from grex_link.acoustics import (
     sound_speed_mackenzie,
     transmission_loss,
 )
-from grex_link.config import FixedNoise, WaterConfig, WenzNoise
 from grex_link.errors import ConfigError
+from grex_link.link_config import FixedNoise, WaterConfig, WenzNoise
 
 PROFILE = ((5.0, 1512.0), (20.0, 1497.5), (21.0, 1485.0), (60.0, 1485.0), (200.0, 1489.25))
 DEPTHS = st.floats(-5.0, 400.0)

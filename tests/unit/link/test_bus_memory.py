@@ -59,6 +59,7 @@ READERS = {
     "modem_tx": {"link", "sim"},
     "modem_rx": {"auv2", "sim"},
     "state": {"sim"},
+    "port": {"sim"},
     "oracle": {"auv2"},
     "clock": {"auv2"},
     "truth": {"link"},

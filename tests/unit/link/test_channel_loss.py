@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from grex_link.channel_loss import BurstChannel, ChannelLoss, bad_share
-from grex_link.config import BurstConfig, LinkConfig
+from grex_link.link_config import BurstConfig, LinkConfig
 from grex_link.units import NS
 
 STEPS = 60_000

@@ -357,18 +357,19 @@ def test_ledgers_are_not_oftener_than_ticks(make, outlet, truth_at) -> None:
 
 
 def test_live_ledgers(make, outlet, truth_at) -> None:
-    """At a live pace ledgers are of the same times, even in silence, and the last one is of the mission's end."""
+    """At a live pace ledgers are of the same times as far as the mission is, even in silence, and of its end."""
     emulator = live(make, outlet, 130.0)
     emulator.handle("truth", "", truth_at(12))
     assert outlet.of("ledger") == []
     emulator.handle("modem_tx", "auv2", Transmit(0, 12 * NS, b"x"))
     emulator.handle("truth", "", truth_at(61))
-    assert [ledger.t_ns // NS for ledger in outlet.of("ledger")] == [60, 120]
+    emulator.on_deadline()
+    assert [ledger.t_ns // NS for ledger in outlet.of("ledger")] == [60]
     assert outlet.of("ledger")[0].sources[1].started == 1
     emulator.handle("modem_tx", "auv1", Transmit(0, 131 * NS, b"y"))
-    emulator.handle("clock", "link", Clock("bye", t_ns=128 * NS))
+    emulator.handle("clock", "link", Clock("bye", t_ns=63 * NS))
     last = outlet.of("ledger")[-1]
-    assert (last.t_ns // NS, last.sources[0].started) == (128, 0)
+    assert (last.t_ns // NS, last.sources[0].started) == (63, 0)
 
 
 def test_nothing_can_wait(make, outlet) -> None:
@@ -385,3 +386,18 @@ def test_foreign_topic(make, outlet) -> None:
 def test_stranger(make, outlet, pace: str) -> None:
     """A transmission of a craft that is not in the scenario is dropped, not the end of the link."""
     feed(make(f"clock.pace={pace}"), outlet, [("modem_tx", "auv9", Transmit(0, 0, b"x"))])
+
+
+def test_live_water_is_a_moment_behind(make, outlet, truth_at, monkeypatch) -> None:
+    """A request that comes a moment after its slot has opened begins at the opening, not when it comes."""
+    monkeypatch.setattr("grex_link.emulator._BEHIND_S", 5.0)
+    emulator = Emulator(make("clock.pace=live", "link.profile=s2c_im"), outlet)
+    emulator.handle("clock", "link", Clock("start", clock.unix_ns() - 14 * NS))
+    emulator.handle("truth", "", truth_at(12))
+    emulator.handle("modem_tx", "auv2", Transmit(0, 12 * NS, b"x"))
+    assert outlet.of("modem_rx", "auv3") == []
+    assert emulator.wall_s_to_deadline() > 2.0
+    emulator.handle("clock", "link", Clock("bye", t_ns=20 * NS))
+    (event,) = outlet.of("modem_rx", "auv3")
+    assert event.event.source == "auv2"
+    assert 12.16 < event.t_ns / NS < 12.4

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grex_link.config import PureAloha, Scenario, SlottedAloha, Tdma
+from grex_link.config import Scenario
 from grex_link.errors import ConfigError
+from grex_link.link_config import PureAloha, SlottedAloha, Tdma
 from grex_link.mac import Mac, PureAlohaMac, SlottedAlohaMac, guard_range_m, plan_mac
 from grex_link.profile import load_profile
 from grex_link.tdma import Schedule, Slot

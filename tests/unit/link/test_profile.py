@@ -8,6 +8,8 @@ import pytest
 from grex_link.errors import ConfigError
 from grex_link.profile import BitErrors, ErrorTable, ModemProfile, Threshold, load_profile, profile_names
 
+MICROMODEM_RANGING = {"ranging.sigma_m", "ranging.step_m", "ranging.reply_s", "ranging.ping_airtime_s"}
+
 #: What the table of modems (acoustic-link §1) marks as assumed, and what we had to assume besides.
 ASSUMED = {
     "ahoi": {"airtime_fixed_s", "source_level_db", "reception.sinr_db", "ranging.sigma_m"},
@@ -27,14 +29,14 @@ ASSUMED = {
     "seatrac_x150": {"airtime_fixed_s", "source_level_db", "reception.sinr_db", "ranging.sigma_m"},
     "umodem_fsk0": {
         "airtime_fixed_s", "decode_latency_s", "reception.sinr_db", "ranging.sigma_m", "ranging.step_m",
-        "ranging.reply_s",
+        "ranging.reply_s", "ranging.ping_airtime_s",
     },
-    "umodem_psk1": {"airtime_fixed_s", "decode_latency_s", "ranging.sigma_m", "ranging.step_m", "ranging.reply_s"},
-    "umodem_psk3": {"airtime_fixed_s", "decode_latency_s", "ranging.sigma_m", "ranging.step_m", "ranging.reply_s"},
-    "umodem_psk5": {"airtime_fixed_s", "decode_latency_s", "ranging.sigma_m", "ranging.step_m", "ranging.reply_s"},
+    "umodem_psk1": {"airtime_fixed_s", "decode_latency_s", *MICROMODEM_RANGING},
+    "umodem_psk3": {"airtime_fixed_s", "decode_latency_s", *MICROMODEM_RANGING},
+    "umodem_psk5": {"airtime_fixed_s", "decode_latency_s", *MICROMODEM_RANGING},
     "umodem_psk6": {
         "decode_latency_s", "reception.sinr_db", "reception.per", "ranging.sigma_m", "ranging.step_m",
-        "ranging.reply_s",
+        "ranging.reply_s", "ranging.ping_airtime_s",
     },
     "unet_default": {"source_level_db", "ranging.sigma_m"},
     "waterlinked_m64": {"source_level_db", "reception.sinr_db"},

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grex_link.acoustics import Water, absorption_ainslie_mccolm
-from grex_link.config import ShadowingConfig, WaterConfig
+from grex_link.link_config import ShadowingConfig, WaterConfig
 from grex_link.propagation import Propagation, Shadowing
 from grex_link.units import NS
 

@@ -4,11 +4,11 @@ import math
 from collections import Counter
 
 import pytest
+from slot_water import SlotWater
 
 from grex_link.messages import LinkEvent, Received, Transmit, TxEvent
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
-from slot_water import SlotWater
 
 TEAM = ["auv1", "auv2", "auv3"]
 FOREVER = 10**18

@@ -3,8 +3,8 @@
 import msgspec
 import pytest
 
-from grex_link.config import SlotConfig, Tdma, WaterConfig
 from grex_link.errors import ConfigError
+from grex_link.link_config import SlotConfig, Tdma, WaterConfig
 from grex_link.profile import ModemProfile, load_profile
 from grex_link.tdma import Schedule, Slot, SlotNeeds, guard_s, plan_schedule, slowest_sound_mps, whole_ms_up
 from grex_link.units import NS

@@ -22,7 +22,7 @@ from grex_link.scenario import loads
 from grex_link.units import NS
 
 ADDRESSES = {"auv1": 1, "auv2": 2, "auv3": 3}
-ECHOES = [("SRC", "1"), ("ASD", "0"), ("REV", "1"), ("RXD", "1"), ("TXF", "1"), ("CST", "1")]
+ECHOES = [("SRC", "1"), ("ASD", "0"), ("REV", "1"), ("RXD", "1"), ("TXF", "1"), ("CST", "1"), ("SNV", "0")]
 ZERO_TO_31 = "".join(f"{byte:02X}" for byte in range(32))
 
 
@@ -94,7 +94,7 @@ def test_the_modem_is_set_up_one_setting_after_the_other():
     assert len(talker.sent) == 1
     for key, value in ECHOES:
         talker.say(f"CACFG,{key},{value}")
-    assert talker.sent == [f"CCCFG,{key},{value}" for key, value in ECHOES]
+    assert talker.sent == [*(f"CCCFG,{key},{value}" for key, value in ECHOES[:-1]), "CCCFQ,SNV"]
     assert talker.told == [ModemStatus("ready")]
     assert talker.modem.ready
 
@@ -104,7 +104,7 @@ def test_an_old_firmware_does_without_a_setting():
     talker = Talker(ready=False)
     talker.take(talker.modem.on_connect(0))
     talker.say("CACFG,SRC,1", "CAERR,000010,NMEA,5,unknown setting", "CACFG,REV,1", "CACFG,RXD,1", "CACFG,TXF,1")
-    talker.say("CAERR,000010,NMEA,5,unknown setting")
+    talker.say("CAERR,000010,NMEA,5,unknown setting", "CACFG,SNV,0")
     assert talker.told == [ModemStatus("ready")]
     assert talker.modem.counts["error_NMEA"] == 2
 
@@ -270,8 +270,7 @@ def test_what_the_modem_cannot_do_is_refused(request_, reason):
     talker = Talker()
     talker.ask(request_)
     assert talker.sent == []
-    assert talker.told[-1] == TxEvent(0, "FAILED", reason)
-    assert (RangeResult(0, request_.destination, None) in talker.told) == isinstance(request_, RangeRequest)
+    assert [event for event in talker.told if not isinstance(event, ModemStatus)] == [TxEvent(0, "FAILED", reason)]
 
 
 def test_what_the_profile_cannot_do_is_refused():
@@ -326,6 +325,17 @@ def test_a_transmission_that_the_modem_reports_as_failed(line):
     talker = Talker()
     talker.send()
     talker.say("CACYC,0,1,15,0,0,1", line)
+    assert talker.reasons() == ["error"]
+
+
+@pytest.mark.parametrize("request_", [Transmit(0, 0, b"\x01\x02"), RangeRequest(0, 0, "auv2")])
+def test_a_minipacket_or_ping_that_the_modem_reports_as_failed(request_):
+    """The same holds for minipackets and pings; statistics of a good transmission change nothing."""
+    talker = Talker("umodem_mini")
+    talker.ask(request_)
+    talker.say("CAXST,20110914,204459.0000,1,0,40,4000,25120,0,1,15,0,1,1,1,32")
+    assert talker.told == []
+    talker.say("CAXST,20110914,204459.0000,1,3,40,4000,25120,0,1,15,0,1,1,1,32")
     assert talker.reasons() == ["error"]
 
 
@@ -414,7 +424,7 @@ def test_a_range_that_is_none(travel):
 
 
 def test_nobody_answers_a_ping():
-    """Without an answer the result says so; without an echo the request has failed, too."""
+    """Without an answer the result says so; without an echo the request has failed."""
     talker = Talker()
     talker.ask(RangeRequest(0, 0, "auv2"))
     talker.say("CAMPC,1,2")
@@ -422,7 +432,7 @@ def test_nobody_answers_a_ping():
     assert talker.told == [RangeResult(0, "auv2", None)]
     talker.ask(RangeRequest(1, 0, "auv2"))
     talker.wait(18.0)
-    assert talker.told[1:] == [RangeResult(1, "auv2", None), TxEvent(1, "FAILED", "error")]
+    assert talker.told[1:] == [TxEvent(1, "FAILED", "error")]
 
 
 def test_being_pinged():
@@ -471,6 +481,17 @@ def test_a_packet_of_several_frames_is_put_together():
         assert talker.told == [Received("auv3", payload, "auv1", rssi_db=166.0, snr_db=3.0)]
 
 
+@pytest.mark.parametrize(
+    ("snv", "clock_mode", "one_way_s"), [("1", "3", 0.2013), ("1", "2", 0.2013), ("1", "1", None), ("0", "3", None)]
+)
+def test_one_way_travel_time(snv, clock_mode, one_way_s):
+    """With all clocks on the beat of a second the fraction of the time of arrival is the travel time."""
+    talker = Talker("umodem_psk1")
+    talker.say(f"CACFG,SNV,{snv}", "CACYC,0,2,15,1,0,1", f"CARXD,2,15,0,1,{frames(b'hello', 'umodem_psk1')[0]}")
+    talker.say(PSK_GOOD.replace("223413.0000,0,", f"223413.2013,{clock_mode},"))
+    assert talker.told == [Received("auv2", b"hello", "", rssi_db=166.0, snr_db=3.0, one_way_s=one_way_s)]
+
+
 def test_without_statistics_a_packet_is_handed_over_after_a_second():
     """Firmware that prints no statistics costs a second, not the packet; its detector tells the level."""
     talker = Talker()
@@ -478,6 +499,16 @@ def test_without_statistics_a_packet_is_handed_over_after_a_second():
     assert talker.modem.next_deadline_ns == s(11.0)
     talker.wait(11.0)
     assert talker.told == [Received("auv2", b"hello", "", rssi_db=150.0)]
+
+
+def test_statistics_of_a_minipacket_in_between():
+    """An acknowledgement between two others has statistics of its own; they are not those of the packet."""
+    talker = Talker()
+    talker.say("CACYC,0,2,15,0,0,1", f"CARXD,2,15,0,1,{frames(b'hello')[0]}")
+    talker.say(PSK_GOOD.replace(",0,3,3,0,", ",0,2,1,0,").replace("0166", "0120"))
+    assert talker.told == []
+    talker.say(PSK_GOOD.replace(",0,3,3,0,", ",0,1,1,0,"))
+    assert talker.told == [Received("auv2", b"hello", "", rssi_db=166.0)]
 
 
 def test_a_packet_without_announcement():
@@ -585,12 +616,11 @@ def test_a_lost_port():
     talker.ask(RangeRequest(0, 0, "auv2"))
     talker.take(talker.modem.on_disconnect("unplugged", s(1.0)))
     assert talker.told == [
-        RangeResult(0, "auv2", None),
         TxEvent(0, "FAILED", "error"),
         ModemStatus("error", "unplugged"),
     ]
     talker.send(seq=1)
-    assert talker.told[3:] == [TxEvent(1, "FAILED", "off")]
+    assert talker.told[2:] == [TxEvent(1, "FAILED", "off")]
     assert talker.modem.next_deadline_ns is None
     talker.take(talker.modem.on_connect(s(2.0)))
     talker.say(*(f"CACFG,{key},{value}" for key, value in ECHOES), at=2.0)
@@ -729,8 +759,8 @@ def test_setup_of_a_scenario():
     plan = plan_setup(scenario, "auv2", profile)
     assert (plan.own, plan.rate, plan.payload_max_bytes, plan.nominal_mps) == (2, Rate(0, 1, 32), 32, 1480.0)
     assert plan.airtime_ns == profile.airtime_ns(32)
-    # There and back over 5 km at 1400 m/s, and two packets: 7.1 s and more.
-    assert plan.answer_ns > s(7.1) + 2 * profile.airtime_ns(0)
+    # There and back over 5 km at 1400 m/s, and two minipackets of a second.
+    assert plan.answer_ns > s(7.1 + 2.0)
 
 
 @pytest.mark.parametrize(
