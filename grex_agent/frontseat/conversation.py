@@ -12,7 +12,7 @@ from grex_agent.frontseat.navigation import Navigation
 from grex_agent.frontseat.outputs import Estimate, Note, Output, warn
 from grex_agent.frontseat.streams import Streams
 from grex_agent.frontseat.texts import StatusTexts
-from grex_agent.frontseat.timesync import BootClock
+from grex_agent.frontseat.timesync import BootClock, older
 from grex_link.config import DatumConfig, MavlinkFrontseat
 from grex_link.messages import Setpoint
 from grex_link.units import NS
@@ -194,7 +194,8 @@ class Conversation:
         return [self.family.encode(order, boot_ms, *self.source)]
 
     def _fresh(self, now_s: float) -> bool:
-        return not self._started or (now_s - self._setpoint_s) * self.rate <= self._config.setpoint_age_max_s
+        limit_s = self._config.setpoint_age_max_s
+        return not self._started or not older(now_s - self._setpoint_s, self.rate, limit_s)
 
     # -- what the messages say ----------------------------------------------------------------------------------
 
@@ -280,8 +281,7 @@ class Conversation:
         return [warn(why)]
 
     def _look_for_silence(self, now_s: float) -> list[Output]:
-        silent_s = (now_s - self._heard_s) * self.rate
-        if not self._linked or silent_s <= _SILENCE_S:
+        if not self._linked or not older(now_s - self._heard_s, self.rate, _SILENCE_S):
             return []
         self._linked = False
         return [warn(f"the autopilot has been silent for {_SILENCE_S:g} s: no set-points are sent until it is heard")]
