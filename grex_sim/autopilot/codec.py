@@ -91,6 +91,9 @@ def _decode(parser: Any, frame: bytes) -> Message | None:
         found = parser.decode(bytearray(frame))
     except (dialect.MAVError, struct.error, UnicodeDecodeError):
         return None
+    if found.get_msgId() not in dialect.mavlink_map:
+        # pymavlink cannot check what it does not know: garbage would pass for it, with good messages inside.
+        return None
     fields = found.to_dict()
     fields.pop("mavpackettype", None)
     return Message(found.get_type(), fields, found.get_srcSystem(), found.get_srcComponent())

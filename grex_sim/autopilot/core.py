@@ -121,14 +121,17 @@ class Autopilot:
         brain.critical = brain.critical and not brain.estimator.aiding
         if loss.failsafe_s is not None and lost_s is not None and brain.estimator.lies and not brain.critical:
             self._position_lost(brain, now_s - lost_s, now_s)
-        rules = brain.family.gcs
-        if rules is not None and brain.gcs.step(now_s):
-            if rules.lost_text:
-                brain.text(rules.lost_text, now_s)
-            if rules.action == "disarm":
-                brain.modes.disarm()
-            elif brain.modes.armed:
-                brain.modes.force(rules.action)
+        action = brain.gcs.step(now_s)
+        if action:
+            self._station_lost(brain, action, now_s)
+
+    def _station_lost(self, brain: Brain, action: str, now_s: float) -> None:
+        if brain.family.gcs is not None and brain.family.gcs.lost_text:
+            brain.text(brain.family.gcs.lost_text, now_s)
+        if action == "disarm":
+            brain.modes.disarm()
+        elif brain.modes.armed:
+            brain.modes.force(action)
 
     def _position_lost(self, brain: Brain, for_s: float, now_s: float) -> None:
         loss = brain.family.loss

@@ -59,10 +59,9 @@ FAMILY = Family(
     ),
     gcs=GcsRules(
         enable="FS_GCS_ENABLE",
-        enable_values=(1,),
+        actions=((1, "HOLD"),),
         timeout="FS_GCS_TIMEOUT",
         extra_s=1.5,
-        action="HOLD",
         lost_text="Radio Failsafe",
         back_text="GCS Failsafe Cleared",
     ),
