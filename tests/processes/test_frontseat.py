@@ -1,4 +1,4 @@
-"""Real processes: agents steer simulated autopilots over UDP and a serial line, alone, mixed, and when things go wrong."""
+"""Real processes: agents steer simulated autopilots over UDP and a serial line, and when things go wrong."""
 
 import json
 import re
