@@ -78,6 +78,11 @@ class Navigation:
         """Depth now; 0 for a craft that floats."""
         return self._depth_m
 
+    @property
+    def velocity_mps(self) -> tuple[float, float] | None:
+        """Velocity over ground north and east, m/s, as it was last told; None before."""
+        return None if self._position is None else (self._position.north_mps, self._position.east_mps)
+
     def on_message(self, message: Mavlink, now_s: float, boot: BootClock) -> None:
         """Take a message of the autopilot."""
         kind = message.get_type()
