@@ -12,6 +12,9 @@ from grex_sim.autopilot.craft import STEP_S
 from grex_sim.autopilot.hearing import hear
 from grex_sim.autopilot.message import Message, Out, Severity
 
+#: FS_EKF_ACTION of an ArduPilot: change the mode; 2 only reports.
+_HOLD = 1
+
 
 class Autopilot:
     """One simulated autopilot with its craft.
@@ -128,7 +131,9 @@ class Autopilot:
     def _station_lost(self, brain: Brain, action: str, now_s: float) -> None:
         if brain.family.gcs is not None and brain.family.gcs.lost_text:
             brain.text(brain.family.gcs.lost_text, now_s)
-        if action == "disarm":
+        possible = action != "disarm" and (brain.estimator.aiding or not brain.family.known(action).needs_position)
+        if not possible:
+            # As on a real one: what cannot be done is replaced by disarming.
             brain.modes.disarm()
         elif brain.modes.armed:
             brain.modes.force(action)
@@ -137,10 +142,13 @@ class Autopilot:
         loss = brain.family.loss
         if loss.failsafe_s is None or for_s < loss.failsafe_s:
             return
+        mode, action = brain.modes.mode, int(brain.parameters.get("FS_EKF_ACTION", _HOLD))
+        if not brain.modes.armed or not (mode.needs_position or mode.kind == "guided") or not action:
+            return
         brain.critical = True
         if loss.failsafe_text:
             brain.text(loss.failsafe_text, now_s, Severity.CRITICAL)
-        if brain.modes.armed and brain.modes.mode.needs_position | (brain.modes.mode.kind == "guided"):
+        if action == _HOLD:
             brain.modes.force(loss.failsafe_mode)
 
     # -- faults and telling -------------------------------------------------------------------------------------
