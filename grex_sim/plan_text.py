@@ -132,8 +132,8 @@ def _autopilots(scenario: Scenario) -> Iterator[str]:
         rows.append((craft, config.url, "any" if config.system is None else str(config.system), takes))
     yield from table(("craft", "address", "system", "before the mission"), rows, left=4)
     yield f"North 0, east 0 is {datum.latitude_deg:.6f}°, {datum.longitude_deg:.6f}°."
-    yield "The mission starts when every position is valid. From where they are then these craft go to their first track,"
-    yield "by their guidance; they should be near the starts above."
+    yield "The mission starts when every position is valid. From where they are then these craft go to their first"
+    yield "track, by their guidance; they should be near the starts above."
 
 
 def _tracks(plan: TeamPlan) -> Iterator[str]:

@@ -104,7 +104,7 @@ class Conversation:
 
     def on_message(self, message: Mavlink, now_s: float) -> list[Output]:
         """Take a message of the autopilot."""
-        if self._echoes.is_one(message, now_s):
+        if self._echoes.is_one(message):
             return []
         self._heard_s = now_s
         notes = self._link_is_back()
