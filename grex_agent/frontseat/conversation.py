@@ -6,13 +6,15 @@ from grex_agent.frontseat.bootwatch import BootWatch
 from grex_agent.frontseat.commands import Answer, Command, Commander
 from grex_agent.frontseat.control import ARM, HOLD, MODE, Control
 from grex_agent.frontseat.dialect import Mavlink, mavlink
-from grex_agent.frontseat.families.table import Family, Order
+from grex_agent.frontseat.echoes import Echoes
+from grex_agent.frontseat.families.table import Family
 from grex_agent.frontseat.feeding import RATE_HZ, Feeder
 from grex_agent.frontseat.navigation import Navigation
 from grex_agent.frontseat.outputs import Estimate, Note, Output, warn
+from grex_agent.frontseat.steering import Steering
 from grex_agent.frontseat.streams import Streams
 from grex_agent.frontseat.texts import StatusTexts
-from grex_agent.frontseat.timesync import BootClock
+from grex_agent.frontseat.timesync import BootClock, older
 from grex_link.config import DatumConfig, MavlinkFrontseat
 from grex_link.messages import Setpoint
 from grex_link.units import NS
@@ -71,9 +73,8 @@ class Conversation:
         self._config = config
         self._watch = BootWatch()
         self._commander = Commander(*source, config.own_system, config.own_component)
-        self._setpoint: Setpoint | None = None
-        self._setpoint_s = 0.0
-        self._started = False
+        self._echoes = Echoes()
+        self._steering = Steering(family, source, config.setpoint_age_max_s)
         self._heard_s = 0.0
         self._linked = True
         self._believed: bool | None = None
@@ -94,16 +95,17 @@ class Conversation:
 
     def on_start(self, from_s: float) -> None:
         """Begin the mission; see `FrontseatCore.on_start`."""
-        self._started = True
-        self._setpoint_s = from_s
+        self._steering.start(from_s)
 
     def on_setpoint(self, setpoint: Setpoint, now_s: float) -> list[Output]:
         """Take what the agent wants; sent at once, so that it is not older than it must be."""
-        self._setpoint, self._setpoint_s = setpoint, max(now_s, self._setpoint_s)
+        self._steering.on_setpoint(setpoint, now_s)
         return self._send_setpoint(now_s)
 
     def on_message(self, message: Mavlink, now_s: float) -> list[Output]:
         """Take a message of the autopilot."""
+        if self._echoes.is_one(message):
+            return []
         self._heard_s = now_s
         notes = self._link_is_back()
         kind = message.get_type()
@@ -150,7 +152,7 @@ class Conversation:
     def _talk(self, now_s: float) -> list[Output]:
         """Control and streams ask, the commander sends."""
         valid = self.navigation.at(now_s, now_s, self.rate).valid
-        commands, notes = self.control.step(now_s, position=valid, fresh=self._fresh(now_s))
+        commands, notes = self.control.step(now_s, position=valid, fresh=self._steering.fresh(now_s, self.rate))
         for command in commands:
             self._commander.ask(command, urgent=True)
         for command in self.streams.due(now_s, self.rate):
@@ -182,19 +184,9 @@ class Conversation:
 
     def _send_setpoint(self, now_s: float) -> list[Output]:
         """Send the set-point in force; none to an autopilot that somebody else has, or when the agent is stale."""
-        if not self.control.streams or self.muted or not self._linked or not self._fresh(now_s):
+        if not self.control.streams or self.muted or not self._linked or not self._steering.fresh(now_s, self.rate):
             return []
-        wanted, depth_m = self._setpoint, self.navigation.depth_m
-        if wanted is None:
-            order = Order(self.navigation.at(now_s, now_s, self.rate).heading_rad, 0.0, depth_m, depth_m)
-        else:
-            speed_mps = wanted.speed_mps if wanted.mode == "steer" else 0.0
-            order = Order(wanted.course_rad, speed_mps, wanted.depth_m, depth_m)
-        boot_ms = round(self.clock.theirs_s(now_s) * 1e3) % 2**32
-        return [self.family.encode(order, boot_ms, *self.source)]
-
-    def _fresh(self, now_s: float) -> bool:
-        return not self._started or (now_s - self._setpoint_s) * self.rate <= self._config.setpoint_age_max_s
+        return [self._steering.message(self.navigation, self.clock, now_s)]
 
     # -- what the messages say ----------------------------------------------------------------------------------
 
@@ -267,6 +259,7 @@ class Conversation:
 
     def _begin_anew(self) -> None:
         self.clock.reset()
+        self._steering.reset()
         self.streams.reset()
         self.navigation.reset()
         self.control.on_reboot()
@@ -280,8 +273,7 @@ class Conversation:
         return [warn(why)]
 
     def _look_for_silence(self, now_s: float) -> list[Output]:
-        silent_s = (now_s - self._heard_s) * self.rate
-        if not self._linked or silent_s <= _SILENCE_S:
+        if not self._linked or not older(now_s - self._heard_s, self.rate, _SILENCE_S):
             return []
         self._linked = False
         return [warn(f"the autopilot has been silent for {_SILENCE_S:g} s: no set-points are sent until it is heard")]

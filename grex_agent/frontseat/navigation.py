@@ -11,13 +11,15 @@ from dataclasses import dataclass, replace
 from grex_agent.frontseat.dialect import Mavlink, mavlink
 from grex_agent.frontseat.geodesy import to_mission
 from grex_agent.frontseat.outputs import Estimate
-from grex_agent.frontseat.timesync import BootClock
+from grex_agent.frontseat.timesync import BootClock, older
 from grex_agent.path import wrap
 from grex_link.config import DatumConfig
 
 #: Oldest that a position and the sign of life of the local position may be, seconds of the autopilot.
 _POSITION_MAX_S = 1.5
 _LOCAL_MAX_S = 1.5
+#: And it is carried on by its velocity for no longer than this.
+_CARRY_MAX_S = 5.0
 _FLAGS_MAX_S = 3.0
 _GPS_MAX_S = 5.0
 _ABSOLUTE = mavlink.EKF_POS_HORIZ_ABS
@@ -76,6 +78,11 @@ class Navigation:
         """Depth now; 0 for a craft that floats."""
         return self._depth_m
 
+    @property
+    def velocity_mps(self) -> tuple[float, float] | None:
+        """Velocity over ground north and east, m/s, as it was last told; None before."""
+        return None if self._position is None else (self._position.north_mps, self._position.east_mps)
+
     def on_message(self, message: Mavlink, now_s: float, boot: BootClock) -> None:
         """Take a message of the autopilot."""
         kind = message.get_type()
@@ -111,7 +118,7 @@ class Navigation:
         if position is None:
             return Estimate(reason="there is no GLOBAL_POSITION_INT yet")
         age_s = (at_s - position.measured_s) * rate
-        carried_s = min(max(age_s, -_POSITION_MAX_S), _POSITION_MAX_S)
+        carried_s = min(max(age_s, -_CARRY_MAX_S), _CARRY_MAX_S)
         heading = position.heading_rad
         if self._yaw is not None and (heading is None or (now_s - self._yaw[0]) * rate <= _POSITION_MAX_S):
             heading = self._yaw[1]
@@ -132,12 +139,12 @@ class Navigation:
     def _doubt(self, position: _Position, age_s: float, now_s: float, rate: float) -> str:
         if position.nowhere:
             return "the autopilot does not know where it is (latitude 0, longitude 0)"
-        if age_s > _POSITION_MAX_S:
+        if older(age_s / rate, rate, _POSITION_MAX_S):
             return f"the last GLOBAL_POSITION_INT is {age_s:.1f} s old"
         return self._doubt_estimator(now_s, rate) or self._doubt_gps(now_s, rate) or self._doubt_local(now_s, rate)
 
     def _doubt_estimator(self, now_s: float, rate: float) -> str:
-        if self.flags is None or (now_s - self.flags[0]) * rate > _FLAGS_MAX_S:
+        if self.flags is None or older(now_s - self.flags[0], rate, _FLAGS_MAX_S):
             return "its estimator says nothing of itself"
         flags = self.flags[1]
         if not flags & _ABSOLUTE:
@@ -149,15 +156,16 @@ class Navigation:
     def _doubt_gps(self, now_s: float, rate: float) -> str:
         if not self._needs_gps:
             return ""
-        if self.gps is None or (now_s - self.gps[0]) * rate > _GPS_MAX_S:
+        if self.gps is None or older(now_s - self.gps[0], rate, _GPS_MAX_S):
             return "its GPS says nothing"
         return f"its GPS has no fix (type {self.gps[1]})" if self.gps[1] < _FIX_3D else ""
 
     def _doubt_local(self, now_s: float, rate: float) -> str:
         if self._local_s is None:
             return "there is no LOCAL_POSITION_NED yet"
-        age_s = (now_s - self._local_s) * rate
-        return f"LOCAL_POSITION_NED has been silent for {age_s:.1f} s" if age_s > _LOCAL_MAX_S else ""
+        if not older(now_s - self._local_s, rate, _LOCAL_MAX_S):
+            return ""
+        return f"LOCAL_POSITION_NED has been silent for {(now_s - self._local_s) * rate:.1f} s"
 
     def _on_global(self, message: Mavlink, measured_s: float) -> None:
         nowhere = message.lat == 0 and message.lon == 0

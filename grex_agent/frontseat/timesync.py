@@ -16,6 +16,23 @@ _RATE_LEAST_S = 2.0
 #: What an old sample loses, seconds a second: the rate is not known better.
 _AGEING = 1e-3
 _SPACING_S = 0.5
+#: A delay of less, seconds of ours, is that of a busy machine, however fast the autopilot's clock runs.
+_BUSY_S = 0.3
+
+
+def older(passed_s: float, rate: float, limit_s: float) -> bool:
+    """Whether something is older than it may be.
+
+    Parameters
+    ----------
+    passed_s : float
+        Its age in seconds of ours.
+    rate : float
+        Seconds of the autopilot in one of ours.
+    limit_s : float
+        Greatest age, seconds of the autopilot.
+    """
+    return passed_s * rate > limit_s and passed_s > min(limit_s, _BUSY_S)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,15 +1,15 @@
 """Between names with fields and MAVLink's bytes; the only user of pymavlink in the simulator."""
 
+import struct
 from collections.abc import Iterator
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from grex_sim.autopilot.framing import Framer
 from grex_sim.autopilot.message import Message
 
 _EVENT, _EVENT_CRC, _EVENT_ARGUMENTS = 410, 160, 40
-#: Larger than any message: what has not become one by then is garbage.
-_SIGNATURE_AGE_S = 10.0
 
 
 class Codec:
@@ -24,17 +24,12 @@ class Codec:
     unix_s : float
         Date now, for the signatures.
 
-    Attributes
-    ----------
-    garbage : int
-        How many pieces could not be read.
     """
 
     def __init__(self, system: int, key: bytes | None = None, unix_s: float = 0.0) -> None:
         self._system, self._key, self._unix_s = system, key, unix_s
         self._out = self._new()
-        self._parsers: dict[Any, Any] = {}
-        self.garbage = 0
+        self._senders: dict[Any, tuple[Framer, Any]] = {}
 
     def pack(self, message: Message) -> bytes:
         """Make bytes of a message; fields it does not name are 0."""
@@ -47,22 +42,32 @@ class Codec:
         }
         return bytes(kind(**values).pack(self._out))
 
-    def read(self, data: bytes, sender: Any = None) -> Iterator[Message]:
-        """Take bytes of one sender and return the messages that are complete; garbage is counted and passed over."""
-        parser = self._parsers.setdefault(sender, None) or self._parsers.setdefault(sender, None)
-        if parser is None:
-            parser = self._parsers[sender] = self._new()
-        for found in parser.parse_buffer(data) or []:
-            if found.get_type() == "BAD_DATA":
-                self.garbage += 1
-                continue
-            fields = found.to_dict()
-            fields.pop("mavpackettype", None)
-            yield Message(found.get_type(), fields, found.get_srcSystem(), found.get_srcComponent())
+    @property
+    def garbage(self) -> int:
+        """How many bytes belonged to no message."""
+        return sum(framer.dropped for framer, _ in self._senders.values())
+
+    def read(self, data: bytes, sender: Any = None, *, datagram: bool = False) -> Iterator[Message]:
+        """Take bytes of one sender and return the messages that are complete.
+
+        Parameters
+        ----------
+        data : bytes
+            What came; garbage is counted and passed over.
+        sender : object
+            Whose bytes these are.
+        datagram : bool
+            Whether only whole messages come.
+        """
+        if sender not in self._senders:
+            self._senders[sender] = Framer(), self._new()
+        framer, parser = self._senders[sender]
+        yield from framer.cut(data, lambda frame: _decode(parser, frame))
+        if datagram:
+            framer.end()
 
     def _new(self) -> Any:
         link = dialect.MAVLink(None, srcSystem=self._system, srcComponent=1)
-        link.robust_parsing = True
         if self._key is not None:
             link.signing.secret_key = self._key
             link.signing.sign_outgoing = True
@@ -78,6 +83,20 @@ class Codec:
 
 
 _KINDS: dict[str, Any] = {kind.msgname: kind for kind in dialect.mavlink_map.values()}
+
+
+def _decode(parser: Any, frame: bytes) -> Message | None:
+    """Check and decode one frame; None if it is none, or not signed as it must be."""
+    try:
+        found = parser.decode(bytearray(frame))
+    except (dialect.MAVError, struct.error, UnicodeDecodeError):
+        return None
+    if found.get_msgId() not in dialect.mavlink_map:
+        # pymavlink cannot check what it does not know: garbage would pass for it, with good messages inside.
+        return None
+    fields = found.to_dict()
+    fields.pop("mavpackettype", None)
+    return Message(found.get_type(), fields, found.get_srcSystem(), found.get_srcComponent())
 
 
 def _lengths(kind: Any) -> list[int]:

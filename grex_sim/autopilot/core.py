@@ -12,6 +12,9 @@ from grex_sim.autopilot.craft import STEP_S
 from grex_sim.autopilot.hearing import hear
 from grex_sim.autopilot.message import Message, Out, Severity
 
+#: FS_EKF_ACTION of an ArduPilot: change the mode; 2 only reports.
+_HOLD = 1
+
 
 class Autopilot:
     """One simulated autopilot with its craft.
@@ -121,23 +124,31 @@ class Autopilot:
         brain.critical = brain.critical and not brain.estimator.aiding
         if loss.failsafe_s is not None and lost_s is not None and brain.estimator.lies and not brain.critical:
             self._position_lost(brain, now_s - lost_s, now_s)
-        rules = brain.family.gcs
-        if rules is not None and brain.gcs.step(now_s):
-            if rules.lost_text:
-                brain.text(rules.lost_text, now_s)
-            if rules.action == "disarm":
-                brain.modes.disarm()
-            elif brain.modes.armed:
-                brain.modes.force(rules.action)
+        action = brain.gcs.step(now_s)
+        if action:
+            self._station_lost(brain, action, now_s)
+
+    def _station_lost(self, brain: Brain, action: str, now_s: float) -> None:
+        if brain.family.gcs is not None and brain.family.gcs.lost_text:
+            brain.text(brain.family.gcs.lost_text, now_s)
+        possible = action != "disarm" and (brain.estimator.aiding or not brain.family.known(action).needs_position)
+        if not possible:
+            # As on a real one: what cannot be done is replaced by disarming.
+            brain.modes.disarm()
+        elif brain.modes.armed:
+            brain.modes.force(action)
 
     def _position_lost(self, brain: Brain, for_s: float, now_s: float) -> None:
         loss = brain.family.loss
         if loss.failsafe_s is None or for_s < loss.failsafe_s:
             return
+        mode, action = brain.modes.mode, int(brain.parameters.get("FS_EKF_ACTION", _HOLD))
+        if not brain.modes.armed or not (mode.needs_position or mode.kind == "guided") or not action:
+            return
         brain.critical = True
         if loss.failsafe_text:
             brain.text(loss.failsafe_text, now_s, Severity.CRITICAL)
-        if brain.modes.armed and brain.modes.mode.needs_position | (brain.modes.mode.kind == "guided"):
+        if action == _HOLD:
             brain.modes.force(loss.failsafe_mode)
 
     # -- faults and telling -------------------------------------------------------------------------------------

@@ -31,14 +31,14 @@ class GcsFailsafe:
         back, self.lost = self.lost, False
         return self._rules.back_text if back and self._rules else ""
 
-    def step(self, now_s: float) -> bool:
-        """Whether the station is lost just now."""
-        if self._rules is None or self._heard_s is None or self.lost or not self._enabled(self._rules):
-            return False
+    def step(self, now_s: float) -> str:
+        """Return what to do if the station is lost just now – a mode's name, or ``disarm`` –, otherwise nothing."""
+        if self._rules is None or self._heard_s is None or self.lost:
+            return ""
+        action = dict(self._rules.actions).get(int(self._parameters.get(self._rules.enable)), "")
+        if not action:
+            return ""
         name = self._rules.timeout
         timeout_s = _TIMEOUT_S if name is None else self._parameters.get(name, _TIMEOUT_S)
         self.lost = now_s - self._heard_s > timeout_s + self._rules.extra_s
-        return self.lost
-
-    def _enabled(self, rules: GcsRules) -> bool:
-        return int(self._parameters.get(rules.enable)) in rules.enable_values
+        return action if self.lost else ""

@@ -84,12 +84,11 @@ class GcsRules(msgspec.Struct, frozen=True):
 
     enable: str
     """Parameter that enables it."""
-    enable_values: tuple[int, ...]
+    actions: tuple[tuple[int, str], ...]
+    """Its values that do something, with a mode's name or ``disarm``."""
     timeout: str | None
     """Parameter with the seconds; None: 5."""
     extra_s: float
-    action: str
-    """A mode's name, or ``disarm``."""
     lost_text: str
     back_text: str
 

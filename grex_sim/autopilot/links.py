@@ -15,6 +15,7 @@ from grex_link.errors import ConfigError
 _CHUNK = 65536
 _RETRY_S = 1.0
 FORMS = "udpout:HOST:PORT, udpin:HOST:PORT, tcpin:HOST:PORT, tcp:HOST:PORT, serial:DEVICE:BAUD or pty:[NAME]"
+"""Port 0 of a link that listens is any that is free."""
 
 Piece = tuple[object, bytes]
 """Who sent it, and what."""
@@ -25,6 +26,8 @@ class Link(Protocol):
 
     where: str
     """What to tell a user."""
+    datagrams: bool
+    """Whether it carries whole messages only."""
 
     def files(self) -> Iterable[int]:
         """File descriptors to wait for."""
@@ -42,6 +45,8 @@ class Link(Protocol):
 class Udp:
     """UDP: ``udpout`` talks to one address, ``udpin`` waits and then talks to everybody it has heard."""
 
+    datagrams = True
+
     def __init__(self, host: str, port: int, *, listens: bool) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)  # noqa: FBT003
@@ -52,6 +57,7 @@ class Udp:
         except OSError:
             self._socket.close()
             raise
+        port = self._socket.getsockname()[1] if listens else port
         self.where = f"udp{'in' if listens else 'out'}:{host}:{port}"
 
     def files(self) -> list[int]:
@@ -88,11 +94,13 @@ class Udp:
 class TcpIn:
     """TCP server: several clients, who may come and go."""
 
+    datagrams = False
+
     def __init__(self, host: str, port: int) -> None:
         self._server = socket.create_server((host, port), backlog=4)
         self._server.setblocking(False)  # noqa: FBT003
         self._clients: dict[socket.socket, bytearray] = {}
-        self.where = f"tcpin:{host}:{port}"
+        self.where = f"tcpin:{host}:{self._server.getsockname()[1]}"
 
     def files(self) -> list[int]:
         """File descriptors to wait for."""
@@ -130,6 +138,8 @@ class TcpIn:
 
 class TcpOut:
     """TCP client: tries again every second."""
+
+    datagrams = False
 
     def __init__(self, host: str, port: int) -> None:
         self._address = host, port
@@ -178,6 +188,8 @@ class TcpOut:
 
 class Tty:
     """A serial port, or a pseudo-terminal of our own with a name for the other side."""
+
+    datagrams = False
 
     def __init__(self, path: str, baud: int | None) -> None:
         self._name: Path | None = None
@@ -257,7 +269,8 @@ def _open(kind: str, rest: str, url: str) -> Link:
         raise ConfigError("--url", f"{url!r} is no link; write {FORMS}")
     if kind == "serial":
         return Tty(name, int(number))
-    if not 0 < int(number) < 65536:
+    least = 0 if kind in {"udpin", "tcpin"} else 1
+    if not least <= int(number) < 65536:
         raise ConfigError("--url", f"{url!r}: a port is a number from 1 to 65535")
     if kind.startswith("udp"):
         return Udp(name, int(number), listens=kind == "udpin")

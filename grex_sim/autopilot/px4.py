@@ -56,10 +56,9 @@ FAMILY = Family(
     ),
     gcs=GcsRules(
         enable="NAV_DLL_ACT",
-        enable_values=(1, 2),
+        actions=((1, "LOITER"), (2, "RTL")),
         timeout="COM_DL_LOSS_T",
         extra_s=0.0,
-        action="LOITER",
         lost_text="",
         back_text="",
     ),

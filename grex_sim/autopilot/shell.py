@@ -84,7 +84,7 @@ class Shell:
         now_s = self._pace.advance(wall_s)
         for number, (link, codec) in enumerate(zip(self._links, self._codecs, strict=True)):
             for sender, data in link.receive(wall_s):
-                for message in codec.read(data, sender):
+                for message in codec.read(data, sender, datagram=link.datagrams):
                     self._pilot.heard(message, number, now_s)
         for out in self._pilot.step(now_s):
             for number in range(len(self._links)) if out.link is None else (out.link,):

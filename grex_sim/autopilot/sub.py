@@ -57,10 +57,10 @@ FAMILY = Family(
     ),
     gcs=GcsRules(
         enable="FS_GCS_ENABLE",
-        enable_values=(2,),
+        # Only disarming was measured.
+        actions=((2, "disarm"), (3, "ALT_HOLD"), (4, "SURFACE")),
         timeout="FS_GCS_TIMEOUT",
         extra_s=1.0,
-        action="disarm",
         lost_text="MYGCS: 255, heartbeat lost",
         back_text="GCS Failsafe Cleared",
     ),

@@ -17,9 +17,11 @@ ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = range
 ARM, SET_MODE, SET_INTERVAL, REQUEST = 400, 176, 511, 512
 
 
-def of(message, system: int = 1, component: int = 1):
-    """Give a message its sender."""
-    message.pack(mavlink.MAVLink(None, srcSystem=system, srcComponent=component))
+def of(message, system: int = 1, component: int = 1, number: int = 0):
+    """Give a message its sender and its number."""
+    mav = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+    mav.seq = number % 256
+    message.pack(mav)
     return message
 
 
@@ -51,6 +53,7 @@ class MavlinkBench:
         self.sent: list[tuple[float, object]] = []
         self.notes: list[Note] = []
         self._due: dict[str, float] = {}
+        self._number = 0
 
     # -- time -----------------------------------------------------------------------------------------------------
 
@@ -89,7 +92,8 @@ class MavlinkBench:
     # -- what is said ---------------------------------------------------------------------------------------------
 
     def hear(self, message, system: int = 1, component: int = 1) -> None:
-        self.take(self.core.on_message(of(message, system, component), self.now_ns))
+        self._number += 1
+        self.take(self.core.on_message(of(message, system, component, self._number), self.now_ns))
 
     def text(self, words: str, severity: int = 6, number: int = 0, chunk: int = 0) -> None:
         self.hear(mavlink.MAVLink_statustext_message(severity, words.encode(), number, chunk))

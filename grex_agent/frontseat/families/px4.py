@@ -30,4 +30,6 @@ FAMILY = Family(
     estimator=mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS,
     streams_before=True,
     returns_by_itself=True,
+    # Speed control as it comes is off by up to a quarter.
+    trims_speed=True,
 )

@@ -89,6 +89,8 @@ class Family:
         Whether it wants set-points before the mode that obeys them.
     returns_by_itself : bool
         Whether it leaves ``guided`` when set-points stop, and comes back by itself when they go on.
+    trims_speed : bool
+        Whether it makes good another speed than it is asked for, so that the adapter has to close that loop.
     """
 
     name: str
@@ -103,6 +105,7 @@ class Family:
     under_water: bool = False
     streams_before: bool = False
     returns_by_itself: bool = False
+    trims_speed: bool = False
 
     def suits(self, heartbeat: Mavlink) -> bool:
         """Whether an autopilot with this heartbeat is of the family."""

@@ -148,3 +148,46 @@ def test_half_thrust_is_half_speed_on_a_rover():
         bench.now + 12.0, 0.2, lambda: bench.send("SET_ATTITUDE_TARGET", target_system=1, type_mask=7, q=q, thrust=0.5)
     )
     assert bench.pilot.brain.craft.velocity[1] == pytest.approx(2.5, abs=0.05)
+
+
+def test_what_commands_refuse():
+    """Nonsense is DENIED, FAILED or UNSUPPORTED, and nothing happens."""
+    bench = Bench().guided()
+    assert bench.command(ARM, 0.5) == 4
+    assert bench.command(179, 0, 0, 0, 0, 100.0, 0.0, 0.0) == 2
+    assert bench.command(192, name="COMMAND_INT", x=2_000_000_000, y=0, z=0.0) == 2
+    assert bench.command(246, 9) == 3
+    assert bench.command(241, 1) == 4, "calibration while armed"
+    bench.velocity(0.0, 0.0, mask=0x0DF8, x=10.0)
+    assert bench.command(178, 1, math.nan) == 2
+    assert bench.armed or bench.pilot.brain.modes.armed
+    assert Bench("sub").guided().command(20) == 3
+
+
+def test_arming_by_force():
+    """With the magic number arming is accepted whatever is missing."""
+    bench = Bench(ready_s=None).run(5.0)
+    assert bench.command(ARM, 1) == 4
+    assert bench.command(ARM, 1, 21196) == 0
+
+
+def test_home_here():
+    """DO_SET_HOME with 1 takes the place where the craft is."""
+    bench = Bench(wind_ned_mps=(0.5, 0.0)).run(13.0)
+    assert bench.command(179, 1) == 0
+    assert bench.last("HOME_POSITION")["latitude"] == pytest.approx(543_700_000 + 6.5 / 0.01113, abs=20)
+
+
+def test_a_ping_is_answered():
+    """A PING to everybody is answered to who sent it; one that is an answer is not."""
+    bench = Bench().run(3.0)
+    bench.send("PING", time_usec=7, seq=3, target_system=0, target_component=0)
+    bench.send("PING", time_usec=7, seq=4, target_system=1, target_component=1)
+    pings = bench.run(3.1).said("PING")
+    assert [(m["seq"], m["target_system"]) for m in pings] == [(3, 255)]
+
+
+def test_reposition_needs_a_position():
+    """A Sub that may not go into GUIDED refuses DO_REPOSITION."""
+    bench = Bench("sub", ready_s=None).run(3.0)
+    assert bench.command(192, name="COMMAND_INT", x=543_700_000, y=101_600_000, z=0.0) == 4

@@ -77,6 +77,15 @@ def test_a_sub_disarms():
     assert not bench.armed
 
 
+@pytest.mark.parametrize(("enable", "mode"), [(3, 2), (4, 9)])
+def test_a_sub_may_do_something_better(enable, mode):
+    """With FS_GCS_ENABLE 3 a Sub holds its depth, with 4 it surfaces; both times it stays armed."""
+    bench = Bench("sub", parameters={"FS_GCS_ENABLE": enable}).guided()
+    beat(bench, 4.0, north=0.5, down=0.5)
+    bench.drive(8.0, 0.5, 0.0)
+    assert (bench.shown, bench.armed) == (mode, True)
+
+
 @pytest.mark.parametrize(("enable", "mode"), [(0, 0x060000), (1, 0x03040000)])
 def test_px4_waits_ten_seconds(enable, mode):
     """A PX4 with NAV_DLL_ACT 0 does nothing, with 1 it holds after COM_DL_LOSS_T."""

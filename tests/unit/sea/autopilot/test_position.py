@@ -187,3 +187,29 @@ def test_an_external_estimate_needs_no_altitude():
     assert bench.command(43003) == 3
     blind = Bench("sub", ready_s=None).run(3.0)
     assert blind.command(43003, name="COMMAND_INT", **there, z=math.nan) == 4
+
+
+def test_vision_gives_a_position():
+    """With EK3_SRC1_POSXY = 6 and an origin that somebody set, VISION_POSITION_ESTIMATE makes a position."""
+    bench = Bench("sub", ready_s=4.0, wind_ned_mps=(0.0, 0.0), parameters={"EK3_SRC1_POSXY": 6}).run(1.0)
+
+    def see():
+        bench.send("VISION_POSITION_ESTIMATE", usec=0, x=3.0, y=-2.0, z=0.0, roll=0.0, pitch=0.0, yaw=0.0)
+
+    bench.run(5.0, 0.2, see)
+    assert not bench.pilot.brain.estimator.aiding, "no origin yet"
+    bench.send("SET_GPS_GLOBAL_ORIGIN", target_system=1, latitude=543_700_000, longitude=101_600_000, altitude=0)
+    bench.run(9.0, 0.2, see)
+    assert bench.pilot.brain.estimator.aiding
+    assert bench.pilot.brain.estimator.belief.north_m == pytest.approx(3.0, abs=0.01)
+    assert bench.pilot.brain.estimator.belief.east_m == pytest.approx(-2.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("action", "mode", "says"), [(0, 15, False), (2, 15, True)])
+def test_the_position_failsafe_can_be_turned_off(action, mode, says):
+    """FS_EKF_ACTION 0 does nothing, 2 only says so."""
+    bench = Bench(parameters={"FS_EKF_ACTION": action}).guided().drive(5.0, 1.0, 0.0)
+    bench.set_parameter("SIM_GPS_DISABLE", 1)
+    bench.drive(12.0, 1.0, 0.0)
+    assert bench.shown == mode
+    assert ("EKF failsafe" in bench.texts()) is says

@@ -196,3 +196,68 @@ def test_full_dive_is_zero():
     assert bench.speed > 0.3
     bench.run(bench.now + 4.0)
     assert bench.speed < 0.1
+
+
+@pytest.mark.parametrize(
+    ("frame", "north", "east"),
+    [(7, 12.0, 5.0), (9, -5.0, 12.0)],
+)
+def test_positions_from_the_craft(frame, north, east):
+    """An offset counts from the craft, a body offset from its bow, which looks east here."""
+    bench = Bench(heading_rad=math.pi / 2.0, wind_ned_mps=(0.0, 0.0)).guided()
+    bench.velocity(0.0, 0.0, mask=0x0DF8, coordinate_frame=frame, x=12.0, y=5.0)
+    bench.run(bench.now + 40.0)
+    assert math.dist((bench.truth.north_m, bench.truth.east_m), (north, east)) < 2.5
+
+
+def global_setpoint(bench, mask: int, **more) -> None:
+    fields = {"coordinate_frame": 6, "target_system": 1, "type_mask": mask, "lat_int": 0, "lon_int": 0, "alt": 0.0}
+    fields |= dict.fromkeys(("vx", "vy", "vz", "yaw", "yaw_rate"), 0.0)
+    bench.send("SET_POSITION_TARGET_GLOBAL_INT", **(fields | more))
+
+
+def test_a_global_position_and_depth():
+    """A Sub in GUIDED goes to a latitude, a longitude and a negative altitude, told once."""
+    bench = Bench("sub", wind_ned_mps=(0.0, 0.0)).guided()
+    global_setpoint(bench, 0x0DF8, lat_int=543_701_000, lon_int=101_600_000, alt=-4.0)
+    bench.run(bench.now + 40.0)
+    assert bench.truth.north_m == pytest.approx(11.1, abs=2.5)
+    assert bench.truth.down_m == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_global_velocity():
+    """The velocity of a global set-point is obeyed as that of a local one; with acceleration it is dropped."""
+    bench = Bench().guided()
+    bench.run(bench.now + 8.0, 0.2, lambda: global_setpoint(bench, 0x0DC7, vx=1.0))
+    assert bench.speed == pytest.approx(1.0, abs=0.05)
+    since = bench.now
+    bench.run(since + 8.0, 0.2, lambda: global_setpoint(bench, 0x0C07, vx=1.0))
+    assert bench.speed < 0.1
+
+
+@pytest.mark.parametrize(("thrust", "sinks"), [(0.5, False), (0.4, True)])
+def test_thrust_is_depth_on_a_sub(thrust, sinks):
+    """In GUIDED half thrust keeps a Sub's depth, and less sinks."""
+    bench = Bench("sub").guided().drive(6.0, 0.0, 0.0, 0.5)
+    depth = bench.truth.down_m
+    q = [1.0, 0.0, 0.0, 0.0]
+    target = {"target_system": 1, "type_mask": 7, "q": q, "thrust": thrust}
+    bench.run(bench.now + 6.0, 0.2, lambda: bench.send("SET_ATTITUDE_TARGET", **target))
+    assert (bench.truth.down_m - depth > 1.0) is sinks
+    assert bench.truth.down_m - depth > -0.5
+
+
+def test_an_attitude_stops_px4():
+    """A PX4 rover told an attitude just stops."""
+    bench = Bench("px4").guided().drive(6.0, 2.0, 0.0)
+    target = {"target_system": 1, "type_mask": 7, "q": [1.0, 0.0, 0.0, 0.0], "thrust": 0.5}
+    bench.run(bench.now + 8.0, 0.2, lambda: bench.send("SET_ATTITUDE_TARGET", **target))
+    assert bench.speed < 0.1
+
+
+def test_no_attitude_is_no_order():
+    """SET_ATTITUDE_TARGET whose attitude is to be ignored is dropped."""
+    bench = Bench().guided()
+    target = {"target_system": 1, "type_mask": 0x80, "q": [1.0, 0.0, 0.0, 0.0], "thrust": 0.5}
+    bench.run(bench.now + 4.0, 0.2, lambda: bench.send("SET_ATTITUDE_TARGET", **target))
+    assert bench.speed < 0.05

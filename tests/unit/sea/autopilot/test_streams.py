@@ -142,3 +142,15 @@ def test_arming_is_on_the_bench_too():
     bench.command(SET_INTERVAL, ATTITUDE, 50_000.0)
     assert bench.command(ARM, 1) == 0
     assert rate(bench, "ATTITUDE") == pytest.approx(20.0, abs=0.5)
+
+
+def test_odd_intervals():
+    """0 brings the default back, or ends what has none; no number is DENIED."""
+    bench = Bench().run(3.0)
+    bench.command(SET_INTERVAL, GLOBAL, 100_000.0)
+    assert bench.command(SET_INTERVAL, GLOBAL, 0.0) == 0
+    assert rate(bench, "GLOBAL_POSITION_INT") == pytest.approx(1.0, abs=0.3)
+    bench.command(SET_INTERVAL, LOCAL, 100_000.0)
+    assert bench.command(SET_INTERVAL, LOCAL, 0.0) == 0
+    assert rate(bench, "LOCAL_POSITION_NED") == 0.0
+    assert bench.command(SET_INTERVAL, LOCAL, float("nan")) == 2
