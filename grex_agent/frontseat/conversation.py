@@ -104,13 +104,13 @@ class Conversation:
 
     def on_message(self, message: Mavlink, now_s: float) -> list[Output]:
         """Take a message of the autopilot."""
-        if self._echoes.is_one(message):
+        boot_ms = getattr(message, "time_boot_ms", None)
+        if boot_ms is not None and self._echoes.is_one(message):
             return []
         self._heard_s = now_s
         notes = self._link_is_back()
         kind = message.get_type()
         self.streams.on_message(kind)
-        boot_ms = getattr(message, "time_boot_ms", None)
         if boot_ms is not None and kind != "POSITION_TARGET_LOCAL_NED":
             notes += self._on_boot_time(kind, boot_ms / 1e3, now_s)
             if self._watch.doubtful:

@@ -1,14 +1,14 @@
 """Messages that come twice, because the network does it or there are two ways: the second one counts for nothing. Pure.
 
-Late ones would look like a second autopilot with the same system id.
+Late ones would look like a second autopilot with the same system id. Only messages with a time in them are asked about:
+others may well be the same again and again.
 """
 
 from collections import deque
 
 from grex_agent.frontseat.dialect import Mavlink
 
-#: So many messages are remembered. Their numbers begin anew after 256, and one whose content does not change would then
-#: look like an echo of itself.
+#: So many messages are remembered; their numbers begin anew after 256.
 _REMEMBERED = 100
 
 

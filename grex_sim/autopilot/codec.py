@@ -1,5 +1,6 @@
 """Between names with fields and MAVLink's bytes; the only user of pymavlink in the simulator."""
 
+import math
 import struct
 from collections.abc import Iterator
 from typing import Any
@@ -9,6 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from grex_sim.autopilot.framing import Framer
 from grex_sim.autopilot.message import Message
 
+_FLOAT_MAX = 3.4e38
 _EVENT, _EVENT_CRC, _EVENT_ARGUMENTS = 410, 160, 40
 
 
@@ -108,4 +110,16 @@ def _lengths(kind: Any) -> list[int]:
 def _value(given: Any, kind: str, length: int) -> Any:
     if kind == "char":
         return str(given or "").encode() if length else bytes(1)
-    return given if given is not None else [0] * length if length else 0
+    if given is None:
+        return [0] * length if length else 0
+    return [_number(one, kind) for one in given] if length else _number(given, kind)
+
+
+def _number(given: float, kind: str) -> float:
+    """Keep a number within its type, as a cast in C would not."""
+    if kind in {"float", "double"}:
+        return given if kind == "double" or not abs(given) > _FLOAT_MAX else math.copysign(math.inf, given)
+    bits = int(kind.strip("uint_"))
+    most: int = 2**bits - 1 if kind.startswith("u") else 2 ** (bits - 1) - 1
+    least = 0 if kind.startswith("u") else -most - 1
+    return min(max(int(given), least), most)

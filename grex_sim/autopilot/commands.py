@@ -5,11 +5,12 @@ from collections.abc import Callable
 
 from grex_sim.autopilot import telemetry
 from grex_sim.autopilot.brain import Brain
-from grex_sim.autopilot.message import Command, Message, Result
+from grex_sim.autopilot.message import Command, Message, Result, whole
 from grex_sim.autopilot.setpoints import Order
 
 _REBOOT_AFTER_S = 0.2
 _CALIBRATION_S = 5.1
+_ALTITUDE_MAX_M = 20_000.0
 _FORCE = 21196
 _EVENT_ARMING_REFUSED = 0x01000000
 _EVENT_BYTES = 40
@@ -49,11 +50,11 @@ def change_mode(brain: Brain, number: int, now_s: float) -> Result:
 
 def _set_mode(brain: Brain, message: Message, link: int, now_s: float) -> Result:
     del link
-    if not int(message["param1"]) & 1:
+    if not whole(message["param1"]) & 1:
         return Result.DENIED
-    number = int(message["param2"])
+    number = whole(message["param2"])
     if brain.family.own_mode_encoding:
-        number = number << 16 | int(message["param3"]) << 24
+        number = number << 16 | whole(message["param3"]) << 24
     return change_mode(brain, number, now_s)
 
 
@@ -89,14 +90,14 @@ def _refuse(brain: Brain, text: str, now_s: float) -> Result:
 
 
 def _set_interval(brain: Brain, message: Message, link: int, now_s: float) -> Result:
-    name = telemetry.name_of(brain, int(message["param1"]))
+    name = telemetry.name_of(brain, whole(message["param1"]))
     if name is None:
         return Result(brain.family.unknown_interval)
     return brain.streams[link].ask(name, message["param2"], now_s)
 
 
 def _get_interval(brain: Brain, message: Message, link: int, now_s: float) -> Result:
-    number = int(message["param1"])
+    number = whole(message["param1"])
     name = telemetry.name_of(brain, number)
     interval = 0 if name is None else brain.streams[link].interval_us(name)
     brain.say("MESSAGE_INTERVAL", {"message_id": number, "interval_us": interval}, link, now_s)
@@ -104,7 +105,7 @@ def _get_interval(brain: Brain, message: Message, link: int, now_s: float) -> Re
 
 
 def _request(brain: Brain, message: Message, link: int, now_s: float) -> Result:
-    return _send(brain, telemetry.name_of(brain, int(message["param1"])), link, now_s)
+    return _send(brain, telemetry.name_of(brain, whole(message["param1"])), link, now_s)
 
 
 def _send(brain: Brain, name: str | None, link: int, now_s: float) -> Result:
@@ -132,7 +133,7 @@ def _set_home(brain: Brain, message: Message, link: int, now_s: float) -> Result
         brain.home = pose.north_m, pose.east_m, pose.down_m
     else:
         latitude, longitude, altitude = _position(message)
-        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and math.isfinite(altitude)):
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude) <= _ALTITUDE_MAX_M):
             return Result.DENIED
         brain.home = (*brain.place.local(latitude, longitude), -altitude)
     _send(brain, "HOME_POSITION", link, now_s)
@@ -212,6 +213,8 @@ def _external_position(brain: Brain, message: Message, link: int, now_s: float) 
     if not brain.estimator.aiding:
         return Result.FAILED
     latitude, longitude, _ = _position(message)
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+        return Result.DENIED
     brain.estimator.on_fix(*brain.place.local(latitude, longitude), brain.craft.truth, now_s)
     return Result.ACCEPTED
 

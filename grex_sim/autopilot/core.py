@@ -10,7 +10,7 @@ from grex_sim.autopilot import telemetry
 from grex_sim.autopilot.brain import Body, Brain, Settings
 from grex_sim.autopilot.craft import STEP_S
 from grex_sim.autopilot.hearing import hear
-from grex_sim.autopilot.message import Message, Out, Severity
+from grex_sim.autopilot.message import Message, Out, Severity, whole
 
 #: FS_EKF_ACTION of an ArduPilot: change the mode; 2 only reports.
 _HOLD = 1
@@ -165,7 +165,7 @@ class Autopilot:
 
     def _pilot(self, wanted: float | str, now_s: float) -> None:
         family = self.brain.family
-        mode = family.named(wanted) if isinstance(wanted, str) else family.mode(int(wanted))
+        mode = family.named(wanted) if isinstance(wanted, str) else family.mode(whole(wanted))
         before = self.brain.modes.mode.name
         self.brain.modes.force((mode or family.known(family.hold)).name)
         self.brain.control.left = False

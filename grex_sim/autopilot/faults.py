@@ -28,6 +28,7 @@ _SCRIPT = re.compile(r"(?P<kind>\w+)@(?P<at>[\d.]+)(?::(?P<lasts>[\d.]+))?(?:=(?
 #: Names of the parameters: at most 16 characters.
 PREFIX = "GREX_"
 _GARBAGE_BYTES = 40
+_VALUE_MAX = 1e9
 
 
 class Fault(msgspec.Struct, frozen=True):
@@ -98,7 +99,7 @@ class Faults:
     def on_parameter(self, name: str, value: float, now_s: float) -> bool:
         """Start or end a fault by its parameter; False if it is none. GREX_SILENCE is seconds of silence."""
         kind = name.removeprefix(PREFIX).lower()
-        if not name.startswith(PREFIX) or kind not in KINDS:
+        if not name.startswith(PREFIX) or kind not in KINDS or not abs(value) <= _VALUE_MAX:
             return False
         if kind == "silence":
             self._silent_until_s = now_s + value

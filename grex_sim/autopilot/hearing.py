@@ -7,6 +7,8 @@ from grex_sim.autopilot.commands import change_mode, obey
 from grex_sim.autopilot.message import Message
 from grex_sim.autopilot.setpoints import Order, from_attitude, from_global, from_local
 
+_FAR_M = 1e6
+
 
 def hear(brain: Brain, message: Message, link: int, now_s: float) -> None:
     """Take one message that is for this autopilot, or for everybody; what nobody knows is passed over."""
@@ -46,6 +48,8 @@ def _local_setpoint(brain: Brain, message: Message, link: int, now_s: float) -> 
 def _global_setpoint(brain: Brain, message: Message, link: int, now_s: float) -> None:
     del link
     kind = brain.modes.mode.kind
+    if not _on_earth(message["lat_int"], message["lon_int"]):
+        return
     order = from_global(
         message,
         brain.family.setpoints,
@@ -130,6 +134,8 @@ def _ping(brain: Brain, message: Message, link: int, now_s: float) -> None:
 def _gps_input(brain: Brain, message: Message, link: int, now_s: float) -> None:
     del link
     if "GPS_INPUT" in brain.family.external_messages and message["fix_type"] >= 2 and _external(brain, "GPS1_TYPE"):
+        if not _on_earth(message["lat"], message["lon"]):
+            return
         north, east = brain.place.local(message["lat"] * 1e-7, message["lon"] * 1e-7)
         brain.estimator.on_fix(north, east, brain.craft.truth, now_s)
 
@@ -138,8 +144,14 @@ def _vision(brain: Brain, message: Message, link: int, now_s: float) -> None:
     """Take a position in the autopilot's own frame: it needs an origin, which somebody sets."""
     del link
     origin = brain.estimator.origin
-    if origin is not None and (_external(brain, "EK3_SRC1_POSXY") or _external(brain, "EKF2_EV_CTRL")):
+    near = max(abs(message["x"]), abs(message["y"])) < _FAR_M
+    if origin is not None and near and (_external(brain, "EK3_SRC1_POSXY") or _external(brain, "EKF2_EV_CTRL")):
         brain.estimator.on_fix(origin[0] + message["x"], origin[1] + message["y"], brain.craft.truth, now_s)
+
+
+def _on_earth(latitude: int, longitude: int) -> bool:
+    """Whether these are a latitude and a longitude, in 1e-7 degrees."""
+    return abs(latitude) <= 900_000_000 and abs(longitude) <= 1_800_000_000
 
 
 def _external(brain: Brain, name: str) -> bool:
@@ -149,6 +161,8 @@ def _external(brain: Brain, name: str) -> bool:
 def _set_origin(brain: Brain, message: Message, link: int, now_s: float) -> None:
     """Set the origin of the local frame: an ArduPilot that has one ignores it silently, a PX4 moves it."""
     del link
+    if not _on_earth(message["latitude"], message["longitude"]):
+        return
     north, east = brain.place.local(message["latitude"] * 1e-7, message["longitude"] * 1e-7)
     down = -message["altitude"] / 1000.0
     if brain.estimator.set_origin((north, east, down), moves=brain.family.origin_moves):

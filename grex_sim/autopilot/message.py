@@ -1,6 +1,7 @@
 """Messages as the cores know them – name and fields – and the numbers of the protocol that decide anything."""
 
 import heapq
+import math
 from enum import IntEnum, IntFlag
 from typing import Any
 
@@ -18,6 +19,11 @@ class Message(msgspec.Struct, frozen=True):
 
     def __getitem__(self, field: str) -> Any:
         return self.fields[field]
+
+
+def whole(value: float) -> int:
+    """Return a parameter of a command as the integer it stands for; -1 if it is no number."""
+    return int(value) if math.isfinite(value) else -1
 
 
 class Out(msgspec.Struct, frozen=True):

@@ -98,11 +98,13 @@ class Parameters:
     def write(self, message: Message) -> Message | None:
         """Obey PARAM_SET and answer with what is now stored; None, which is silence, for what is unknown."""
         found = self._all.get(message["param_id"])
-        if found is None or not (self._bytewise or math.isfinite(message["param_value"])):
+        if found is None:
             return None
         value = message["param_value"]
         if self._bytewise and found.type != "f32":
             value = float(struct.unpack("<i", struct.pack("<f", value))[0])
+        if not math.isfinite(value):
+            return None
         found.value = _coerce(found.type, value)
         return self._say(found.name, BY_NAME)
 
