@@ -42,7 +42,7 @@ def test_no_agent_reads_anothers_keys_or_the_truth(who: str) -> None:
 
 
 def test_four_keys_are_the_hardware_boundary() -> None:
-    """Between a craft's hardware and its agent there are four keys; the bench's clock and hardware to hardware aside."""
+    """Between a craft's hardware and its agent there are four keys; bench clock and hardware to hardware aside."""
     hardware = {"frontseat", "modem"}
     ours = [row for row in ROWS if {"agent", "link", *hardware} & {*row.writers} and row.name != "clock"]
     boundary = {row.key for row in ours if hardware & {*row.writers, *row.readers}}
