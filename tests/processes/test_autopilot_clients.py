@@ -15,6 +15,9 @@ from launching import grex
 from mavlink_client import PATIENCE_S, Client, address, autopilot
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+#: Minutes of wall time: `pytest -m slow tests/processes`.
+pytestmark = pytest.mark.slow
+
 ATTITUDE, LOCAL, GLOBAL = 30, 32, 33
 HOLD, GUIDED = 4, 15
 QUICK = ("--ready", "2", "--speedup", "5", "--wind", "0,0")

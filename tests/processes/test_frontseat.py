@@ -12,6 +12,9 @@ import pytest
 from frontseat_runs import HEAD, OneBoat, autopilot, fixes, free_port
 from launching import grex, running
 
+#: Minutes of wall time: `pytest -m slow tests/processes`.
+pytestmark = pytest.mark.slow
+
 TEAM = """auv1 = [0, 0, 0]
 auv2 = [0, 20, 3]
 auv3 = [0, 40, 0]
@@ -100,7 +103,6 @@ def test_px4(tmp_path):
     assert (found[-1].north_m - found[0].north_m) / (found[-1].tick - found[0].tick) == pytest.approx(1.0, abs=0.25)
 
 
-@pytest.mark.slow
 def test_a_person_arms(tmp_path):
     """Without arm = true the mission starts, the adapter waits for a person, and touches nothing."""
     boat = OneBoat(tmp_path, 20.0, more="")
@@ -111,7 +113,6 @@ def test_a_person_arms(tmp_path):
     assert "by 255/191" not in boat.log.read_text()
 
 
-@pytest.mark.slow
 def test_signing(tmp_path):
     """With one key on both sides all goes well; with different keys nobody is heard."""
     key, other = tmp_path / "key", tmp_path / "other"
@@ -137,7 +138,6 @@ FAULTS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_fault(tmp_path, fault: str):
     """What goes wrong at an autopilot is said in a clear line, the run goes on, and the fixes tell the truth."""
@@ -158,7 +158,6 @@ def test_fault(tmp_path, fault: str):
         assert "GUIDED by 255/191" not in boat.log.read_text().partition("MANUAL by the pilot")[2]
 
 
-@pytest.mark.slow
 def test_arming_denied(tmp_path):
     """An autopilot that does not arm ends the run before the mission starts, with its own reason in the line."""
     boat = OneBoat(tmp_path, 30.0)
@@ -191,7 +190,6 @@ def test_an_agent_that_is_killed(tmp_path):
         assert boat.words[-1] == "the craft is with its autopilot, in HOLD, armed"
 
 
-@pytest.mark.slow
 def test_an_agent_that_hangs(tmp_path):
     """When the agent hangs the craft is handed back within setpoint_age_max_s; when it goes on, so does the craft."""
     boat = OneBoat(tmp_path, 120.0)
@@ -227,7 +225,6 @@ def test_an_adapter_that_is_killed(tmp_path):
     assert "target not received last 3secs, stopping" in boat.log.read_text()
 
 
-@pytest.mark.slow
 def test_two_autopilots_with_one_id(tmp_path):
     """Two autopilots with one system id on a link are refused in words before the mission starts."""
     boat = OneBoat(tmp_path, 30.0)
@@ -239,7 +236,6 @@ def test_two_autopilots_with_one_id(tmp_path):
     assert "two autopilots have system id 1" in err
 
 
-@pytest.mark.slow
 def test_ctrl_c(tmp_path):
     """Ctrl-C hands the craft back before everything ends."""
     boat = OneBoat(tmp_path, 1000.0)
