@@ -30,7 +30,7 @@ def text_of(*overrides: str) -> str:
 
 
 def test_check_tells_of_autopilots():
-    """`grex check` says where each autopilot is, who arms it, where the datum is, and how the craft gets to its track."""
+    """`grex check` says where each autopilot and the datum are, who arms it, and how it gets to its track."""
     text = text_of()
     assert "auv2   udpin:127.0.0.1:14550  7       a person sets the mode and arms" in text
     assert "the adapter sets the mode and arms" in text_of("craft.auv2.frontseat.arm=true")
