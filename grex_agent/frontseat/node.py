@@ -93,7 +93,7 @@ class Frontseat:
         if self._clock is not None and self._bye is None:
             now_ns = self._clock.now_ns()
             if (tick := now_ns // self._tick_ns) > self._tick:
-                self._publish(tick, (now_ns - tick * self._tick_ns) / self._pace)
+                self._publish(tick, (now_ns - tick * self._tick_ns) / (self._pace * NS))
         if self._bye is not None:
             self._end(self._bye)
 
