@@ -22,7 +22,7 @@ from grex_link.scenario import loads
 from grex_sim.sea import Sea
 
 NS = 1_000_000_000
-PACE = 8.0
+PACE = 10.0
 #: A fix is asked for once a second; an agent that is silent for longer is stale.
 SCENARIO = """
 datum = {{ latitude_deg = 54.37, longitude_deg = 10.16 }}
@@ -54,6 +54,7 @@ class SimBench:
     """The simulated craft, which the bench moves."""
 
     dives = True
+    loses_navigation = False
     stale_s = 5.0
     """It stops so long after the agent's last word (`team.fix_timeout_s`)."""
 
@@ -62,23 +63,17 @@ class SimBench:
         scenario = loads(SCENARIO.format(pace='"lockstep"', frontseat='type = "sim"'))
         self._sea = Sea(scenario, plan_mission(scenario))
         self.fixes: list[Fix] = self._sea.fixes([0])
+        self._last: Setpoint | None = None
 
     def run(self, seconds: int, **order) -> None:
         """Let mission time pass; the agent repeats an order at every tick, or is silent."""
-        newest = None
-        for second in range(seconds):
+        for _ in range(seconds):
             tick = self.fixes[-1].tick
             if order:
-                newest = Setpoint(tick, tick * NS, **order)
-            elif self._last is not None and second < self.stale_s:
-                newest = self._last
-            else:
-                newest = None
-            self._sea.advance({"auv1": newest} if newest else {})
+                self._last = Setpoint(tick, tick * NS, **order)
+            fresh = self._last is not None and tick - self._last.tick < self.stale_s
+            self._sea.advance({"auv1": self._last} if fresh else {})
             self.fixes += self._sea.fixes([0])
-        self._last = newest
-
-    _last: Setpoint | None = None
 
     def close(self) -> None:
         """Nothing is left behind."""
@@ -88,12 +83,14 @@ class AdapterBench:
     """The adapter, and a simulated autopilot at the other end of a line."""
 
     family = "rover"
-    stale_s = 2.0
+    loses_navigation = True
+    stale_s = 3.0
+    """The autopilot's own timeout; the adapter's is shorter."""
 
     def __init__(self, folder: Path, fault: str = "") -> None:
         self._stack = ExitStack()
         ours, theirs = self._ends(folder)
-        options = ["--family", self.family, "--speedup", f"{PACE:g}", "--ready", "8"]
+        options = ["--family", self.family, "--speedup", f"{PACE:g}", "--ready", "10"]
         options += ["--fault", fault] if fault else []
         self._stack.enter_context(autopilot(theirs, folder / "autopilot.log", *options))
         deadline = time.monotonic() + 20.0
@@ -159,9 +156,3 @@ class SerialBench(AdapterBench):
     def _ends(self, folder: Path) -> tuple[str, str]:
         device = folder / "line"
         return f"serial:{device}:115200", f"pty:{device}"
-
-
-class Px4Bench(AdapterBench):
-    """The same with PX4."""
-
-    family = "px4"
