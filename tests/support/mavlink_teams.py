@@ -6,13 +6,18 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import msgspec
-from frontseat_runs import DATUM, autopilot, fixes, free_port
+from frontseat_runs import autopilot, fixes, free_port
 from launching import running
 
 from grex_agent.mission import TeamPlan, plan_mission
 from grex_link.messages import Fix
 from grex_link.scenario import load
 
+#: A simulated craft that turns and speeds up as the boat does, orders half a second on their way included.
+BOAT = (
+    "vehicle.heading={lag_s=1.4, min=-1e9, max=1e9, rate_max=0.75}",
+    "vehicle.surge={lag_s=1.5, min=0.0, max=5.0, rate_max=0.9}",
+)
 SCENARIOS = Path(__file__).parents[2] / "deploy" / "scenarios"
 
 
@@ -62,7 +67,7 @@ def fly_team(
     with ExitStack() as stack:
         for craft, config in scenario.mavlink_craft.items():
             if plain:
-                sets.append(f'craft.{craft}.frontseat={{type="sim"}}')
+                sets += [f'craft.{craft}.frontseat={{type="sim"}}', *(f"craft.{craft}.{loop}" for loop in BOAT)]
                 continue
             port = free_port()
             sets.append(f'craft.{craft}.frontseat.url="udpin:127.0.0.1:{port}"')
