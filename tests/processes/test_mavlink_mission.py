@@ -12,7 +12,7 @@ from mavlink_teams import Flown, fly_team
 from grex_agent.manoeuvre import ManoeuvreProcessor
 
 SCALED = ("mission.legs=2", "mission.leg_length_m=40")
-HOW = {"pace": 10.0, "speed_error": 0.05}
+HOW = {"pace": 6.0, "speed_error": 0.05}
 
 
 @pytest.fixture(scope="module")
