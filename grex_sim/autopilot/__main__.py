@@ -22,6 +22,7 @@ def autopilot(
     current: Annotated[str, tyro.conf.arg(metavar="NORTH,EAST")] = "0,0",
     wind: Annotated[str, tyro.conf.arg(metavar="NORTH,EAST")] = "0.1,0.05",
     noise: Annotated[float, tyro.conf.arg(metavar="M")] = 0.03,
+    speed_error: Annotated[float, tyro.conf.arg(metavar="SHARE")] = 0.0,
     seed: Annotated[int, tyro.conf.arg(metavar="INT")] = 1,
     firmware: Literal["4.6", "4.7"] = "4.6",
     signing_key_file: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None,
@@ -55,6 +56,8 @@ def autopilot(
         Drift while disarmed, m/s.
     noise
         Position error, metres (one sigma).
+    speed_error
+        It makes (1 + this) times the speed it is told to, as a badly tuned one does.
     seed
         Of its draws.
     firmware
@@ -76,7 +79,7 @@ def autopilot(
     table = load_family(family)
     place, heading_rad = read_start(start)
     urls = url or ("udpout:127.0.0.1:14550",)
-    checked = Checked(sysid=sysid, speedup=speedup, ready_s=ready, noise_m=noise)
+    checked = Checked(sysid=sysid, speedup=speedup, ready_s=ready, noise_m=noise, speed_error=speed_error)
     unix_s = clock.unix_ns() / 1e9
     settings = Settings(
         family=table,
@@ -88,6 +91,7 @@ def autopilot(
         faults=tuple(parse(text) for text in fault),
         seed=seed,
         noise_m=checked.noise_m,
+        speed_error=checked.speed_error,
         current_ned_mps=(*read_vector("--current", current), 0.0),
         wind_ned_mps=read_vector("--wind", wind),
         epoch_unix_s=unix_s,

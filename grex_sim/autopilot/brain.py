@@ -36,6 +36,8 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     faults: tuple[Fault, ...] = ()
     seed: int = 1
     noise_m: float = 0.03
+    speed_error: float = 0.0
+    """It makes (1 + this) times the speed it is told to."""
     current_ned_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     wind_ned_mps: tuple[float, float] = (0.1, 0.05)
     epoch_unix_s: float = 0.0
@@ -78,7 +80,9 @@ class Body:
         for name, value in settings.parameters.items():
             if not self.parameters.set(name, value):
                 raise ConfigError("--param", f"{family.name} has no parameter {name}")
-        self.craft = Craft(self.who, family, settings.heading_rad, settings.current_ned_mps, settings.wind_ned_mps)
+        mean, *wobble = family.wobble
+        tuned = msgspec.structs.replace(family, wobble=((1.0 + settings.speed_error) * mean, *wobble))
+        self.craft = Craft(self.who, tuned, settings.heading_rad, settings.current_ned_mps, settings.wind_ned_mps)
         self.faults = Faults(settings.faults, settings.seed)
         self.outbox = Outbox()
         self.acks = 0

@@ -18,11 +18,14 @@ class Checked:
         If one is not.
     """
 
-    def __init__(self, *, sysid: int, speedup: float, ready_s: float | None, noise_m: float) -> None:
+    def __init__(
+        self, *, sysid: int, speedup: float, ready_s: float | None, noise_m: float, speed_error: float = 0.0
+    ) -> None:
         self.sysid = int(_within("--sysid", sysid, 1, 255))
         self.speedup = _within("--speedup", speedup, 0.1, 100.0)
         self.ready_s = None if ready_s is None else _within("--ready", ready_s, 0.1, 600.0)
         self.noise_m = _within("--noise", noise_m, 0.0, 1000.0)
+        self.speed_error = _within("--speed-error", speed_error, -0.9, 2.0)
 
 
 def read_start(text: str) -> tuple[Place, float]:

@@ -39,10 +39,13 @@ def free_port() -> int:
 
 
 @contextmanager
-def autopilot(url: str, log: Path, *arguments: str, start: tuple[float, float] = (0.0, 0.0)) -> Iterator[None]:
+def autopilot(
+    url: str, log: Path, *arguments: str, start: tuple[float, float] = (0.0, 0.0), heading_deg: float = 0.0
+) -> Iterator[None]:
     """Run a simulated autopilot that starts so many metres north and east of the datum."""
     latitude, longitude = to_degrees(DATUM, *start)
-    command = [sys.executable, "-m", "grex_sim.autopilot", "--url", url, "--start", f"{latitude:.7f},{longitude:.7f},0"]
+    place = f"{latitude:.7f},{longitude:.7f},{heading_deg:g}"
+    command = [sys.executable, "-m", "grex_sim.autopilot", "--url", url, "--start", place]
     with log.open("w") as out:
         process = subprocess.Popen([*command, *arguments], stdout=out, stderr=subprocess.STDOUT)
         try:
