@@ -1,7 +1,7 @@
 """Watches the times in an autopilot's messages: a reboot, a jump of its clock, or two autopilots with one system id.
 
-The times of one kind of message rise. One fall is a reboot; falls again and again are two clocks. A rise beyond what
-has passed is a jump.
+The times of one kind of message rise. One fall is a reboot; falls again and again are two clocks, and so are positions
+that differ at the same time. A rise beyond what has passed is a jump.
 """
 
 from collections import deque
@@ -15,6 +15,8 @@ _FALLS = 4
 #: A fall of less is a datagram that came late.
 _LATE_S = 1.0
 _JUMP_S = 3.0
+#: No autopilot tells one of these twice for one moment; of others there may be several, as of named values.
+_ONCE = frozenset({"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "ATTITUDE"})
 #: A new clock counts when nothing of the old one has been heard for so long and this many messages have.
 _CONFIRM_S = 0.7
 _CONFIRM = 3
@@ -67,7 +69,7 @@ class BootWatch:
         newest = self._newest.get(kind)
         self._newest[kind] = boot_s
         falls = self._falls.setdefault(kind, deque())
-        if newest is not None and boot_s < newest:
+        if newest is not None and (boot_s < newest or (boot_s == newest and kind in _ONCE)):
             falls.append(now_s)
         while falls and now_s - falls[0] > _WINDOW_S:
             falls.popleft()

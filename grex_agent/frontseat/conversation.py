@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 
-from grex_agent.frontseat.bootwatch import BootWatch
 from grex_agent.frontseat.commands import Answer, Command, Commander
 from grex_agent.frontseat.control import ARM, HOLD, MODE, Control
 from grex_agent.frontseat.dialect import Mavlink, mavlink
-from grex_agent.frontseat.echoes import Echoes
 from grex_agent.frontseat.families.table import Family
 from grex_agent.frontseat.feeding import RATE_HZ, Feeder
 from grex_agent.frontseat.navigation import Navigation
@@ -14,10 +12,10 @@ from grex_agent.frontseat.outputs import Estimate, Note, Output, warn
 from grex_agent.frontseat.steering import Steering
 from grex_agent.frontseat.streams import Streams
 from grex_agent.frontseat.texts import StatusTexts
+from grex_agent.frontseat.timekeeping import Timekeeper
 from grex_agent.frontseat.timesync import BootClock, older
 from grex_link.config import DatumConfig, MavlinkFrontseat
 from grex_link.messages import Setpoint
-from grex_link.units import NS
 
 #: The link is lost after so many seconds of the autopilot without a word.
 _SILENCE_S = 3.0
@@ -63,7 +61,7 @@ class Conversation:
         self.family = family
         self.source = source
         self.muted = ""
-        self.clock = BootClock(pace)
+        self.time = Timekeeper(pace)
         self.streams = Streams(family)
         self.navigation = Navigation(datum, needs_gps=config.feed != "vision", under_water=family.under_water)
         self.control = Control(family, may_arm=config.arm)
@@ -71,14 +69,17 @@ class Conversation:
         self.feeder = None if config.feed == "none" else Feeder(config.feed, datum, unix_offset_ns)
         self.version = ""
         self._config = config
-        self._watch = BootWatch()
         self._commander = Commander(*source, config.own_system, config.own_component)
-        self._echoes = Echoes()
         self._steering = Steering(family, source, config.setpoint_age_max_s)
         self._heard_s = 0.0
         self._linked = True
         self._believed: bool | None = None
         self._due = dict.fromkeys(("setpoint", "sync", "feed"), -1e9)
+
+    @property
+    def clock(self) -> BootClock:
+        """The autopilot's seconds since boot."""
+        return self.time.clock
 
     @property
     def rate(self) -> float:
@@ -104,17 +105,15 @@ class Conversation:
 
     def on_message(self, message: Mavlink, now_s: float) -> list[Output]:
         """Take a message of the autopilot."""
-        boot_ms = getattr(message, "time_boot_ms", None)
-        if boot_ms is not None and self._echoes.is_one(message):
+        if self.time.is_echo(message):
             return []
         self._heard_s = now_s
         notes = self._link_is_back()
         kind = message.get_type()
         self.streams.on_message(kind)
-        if boot_ms is not None and kind != "POSITION_TARGET_LOCAL_NED":
-            notes += self._on_boot_time(kind, boot_ms / 1e3, now_s)
-            if self._watch.doubtful:
-                return notes
+        notes += self._on_boot_time(message, now_s)
+        if self.time.doubtful and hasattr(message, "time_boot_ms"):
+            return notes
         self.navigation.on_message(message, now_s, self.clock)
         handler = self._HANDLERS.get(kind)
         return notes if handler is None else notes + handler(self, message, now_s)
@@ -165,7 +164,7 @@ class Conversation:
     def _send_due(self, now_s: float) -> list[Output]:
         out: list[Output] = []
         if self._is_due("sync", _SYNC_S, now_s):
-            out.append(mavlink.MAVLink_timesync_message(0, round(now_s * NS)))
+            out.append(self.time.question(now_s))
         if self._is_due("setpoint", 1.0 / self._config.setpoint_rate_hz, now_s):
             out += self._send_setpoint(now_s)
         if self.feeder is not None and self._is_due("feed", 1.0 / RATE_HZ, now_s):
@@ -209,13 +208,11 @@ class Conversation:
         return []
 
     def _on_timesync(self, message: Mavlink, now_s: float) -> list[Output]:
-        if message.tc1 == 0:
-            return [mavlink.MAVLink_timesync_message(round(now_s * NS), message.ts1)]
-        sent_s = message.ts1 / NS
-        # An answer to somebody else has a time that is none of ours.
-        if 0.0 <= now_s - sent_s < _SILENCE_S:
-            self.clock.on_exchange(sent_s, now_s, message.tc1 / NS)
-        return []
+        return [*self.time.on_timesync(message, now_s)]
+
+    def _on_date(self, message: Mavlink, now_s: float) -> list[Output]:
+        del now_s
+        return [*self.time.on_date(message)]
 
     def _on_text(self, message: Mavlink, now_s: float) -> list[Output]:
         return [*self.texts.on_message(message, now_s)]
@@ -236,6 +233,7 @@ class Conversation:
         "HEARTBEAT": _on_heartbeat,
         "COMMAND_ACK": _on_ack,
         "TIMESYNC": _on_timesync,
+        "SYSTEM_TIME": _on_date,
         "STATUSTEXT": _on_text,
         "AUTOPILOT_VERSION": _on_version,
         "GPS_GLOBAL_ORIGIN": _on_origin,
@@ -243,22 +241,16 @@ class Conversation:
 
     # -- boot, link, belief -------------------------------------------------------------------------------------
 
-    def _on_boot_time(self, kind: str, boot_s: float, now_s: float) -> list[Output]:
-        finding = self._watch.see(kind, boot_s, now_s, self.rate)
+    def _on_boot_time(self, message: Mavlink, now_s: float) -> list[Output]:
+        finding = self.time.see(message, now_s)
         if finding == "duplicate":
             return self._mute(f"two autopilots have system id {self.source[0]}: give one of them another one")
         if finding == "reboot":
             self._begin_anew()
             return [warn("the autopilot has booted: its message rates are asked for again")]
-        if finding == "jump":
-            self.clock.reset()
-            return [warn("the autopilot's clock has jumped: its time is measured anew")]
-        if not self._watch.doubtful:
-            self.clock.on_boot_time(now_s, boot_s)
-        return []
+        return [warn("the autopilot's clock has jumped: its time is measured anew")] if finding == "jump" else []
 
     def _begin_anew(self) -> None:
-        self.clock.reset()
         self._steering.reset()
         self.streams.reset()
         self.navigation.reset()

@@ -23,7 +23,7 @@ def autopilot(
     wind: Annotated[str, tyro.conf.arg(metavar="NORTH,EAST")] = "0.1,0.05",
     noise: Annotated[float, tyro.conf.arg(metavar="M")] = 0.03,
     speed_error: Annotated[float, tyro.conf.arg(metavar="SHARE")] = 0.0,
-    seed: Annotated[int, tyro.conf.arg(metavar="INT")] = 1,
+    seed: Annotated[int | None, tyro.conf.arg(metavar="INT")] = None,
     firmware: Literal["4.6", "4.7"] = "4.6",
     signing_key_file: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None,
 ) -> None:
@@ -59,7 +59,7 @@ def autopilot(
     speed_error
         It makes (1 + this) times the speed it is told to, as a badly tuned one does.
     seed
-        Of its draws.
+        Of its draws; left out, every start has another one, as no two real ones have the same noise.
     firmware
         ArduPilot's names of parameters.
     signing_key_file
@@ -89,7 +89,7 @@ def autopilot(
         ready_s=checked.ready_s,
         links=len(urls),
         faults=tuple(parse(text) for text in fault),
-        seed=seed,
+        seed=clock.unix_ns() if seed is None else seed,
         noise_m=checked.noise_m,
         speed_error=checked.speed_error,
         current_ned_mps=(*read_vector("--current", current), 0.0),

@@ -34,9 +34,13 @@ class Codec:
         self._senders: dict[Any, tuple[Framer, Any]] = {}
 
     def pack(self, message: Message) -> bytes:
-        """Make bytes of a message; fields it does not name are 0."""
-        if message.name == "EVENT":
-            return self._pack_event(message)
+        """Make bytes of a message, numbered in turn; fields it does not name are 0."""
+        data = self._pack_event(message) if message.name == "EVENT" else self._pack(message)
+        # A ground station counts what is lost by the gaps; each link is numbered by itself.
+        self._out.seq = (self._out.seq + 1) % 256
+        return data
+
+    def _pack(self, message: Message) -> bytes:
         kind = _KINDS[message.name]
         values = {
             name: _value(message.fields.get(name), kind_name, length)

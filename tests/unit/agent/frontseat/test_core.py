@@ -506,3 +506,17 @@ def test_timesync_is_answered():
     assert (answer.tc1, answer.ts1) == (bench.now_ns, 777)
     bench.hear(mavlink.MAVLink_timesync_message(5_000_000_000, bench.now_ns - 22_000_000))
     assert bench.core.peer.clock.round_trip_s == pytest.approx(0.022)
+
+
+def test_a_date_that_jumps():
+    """A date that is set while the autopilot runs is said in one line, and changes neither position nor steering."""
+    bench = MavlinkBench(arm=True).steering()
+    for unix_s in (0.0, 1.8e9, 1.8e9 + 1.0, 1.8e9 + 1002.0, 1.8e9 + 1003.0):
+        bench.hear(mavlink.MAVLink_system_time_message(round(1e6 * unix_s), bench.boot_ms))
+        bench.run(1.0)
+    assert [words for words in bench.warnings if "date" in words] == [
+        "the autopilot's date has jumped by +1000 s: its logs are dated wrongly, "
+        "positions and set-points go by its time since boot and are not"
+    ]
+    assert bench.estimate.valid
+    assert bench.phase == "steering"

@@ -80,6 +80,17 @@ def test_two_clocks_are_found(apart: float):
     assert found.index("duplicate") < 15
 
 
+def test_two_clocks_that_agree_are_found():
+    """Two autopilots that were started in the same moment differ in their positions, and so are found; values that are
+    told several times for one moment, as named ones are, are no second autopilot.
+    """
+    watch = BootWatch()
+    named = [watch.see("NAMED_VALUE_FLOAT", 50.0 + 0.2 * (k // 4), 0.2 * (k // 4), 1.0) for k in range(80)]
+    assert not any(named)
+    found = [watch.see("ATTITUDE", 54.0 + 0.2 * (k // 2), 4.0 + 0.2 * (k // 2), 1.0) for k in range(20)]
+    assert "duplicate" in found
+
+
 def test_bytes_there_and_back():
     """A message survives the wire between garbage, in pieces, and of two peers at once."""
     ours, theirs = Codec(255, 191), Codec(1, 1)

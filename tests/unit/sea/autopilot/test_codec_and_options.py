@@ -31,6 +31,17 @@ def test_there_and_back():
     assert (read["lat"], read["vx"], read["lon"]) == (543_700_000, -12, 0)
 
 
+@pytest.mark.parametrize("key", [None, KEY])
+def test_messages_are_numbered(key):
+    """Each link numbers what it sends in turn, from 255 on to 0, so that a ground station can count what is lost."""
+    codec, other = Codec(1, key, 1.8e9), Codec(1, key, 1.8e9)
+    names = ["HEARTBEAT", "EVENT", "ATTITUDE"]
+    fields = {"id": 5, "event_time_boot_ms": 1000}
+    sent = [codec.pack(Message(names[k % 3], fields if k % 3 == 1 else {}))[4] for k in range(300)]
+    assert sent == [k % 256 for k in range(300)]
+    assert other.pack(Message("HEARTBEAT", {}))[4] == 0
+
+
 def test_garbage_between_messages():
     """Random bytes before, between and after messages cost none of them."""
     codec, reader = Codec(1), Codec(2)
