@@ -78,15 +78,32 @@ def check_frontseats(scenario: Scenario) -> None:
                 f"is missing: {craft} is on MAVLink, so say where on earth the mission frame lies, "
                 "for instance datum = { latitude_deg = 54.1, longitude_deg = 10.7 }",
             )
-        other = addresses.setdefault(parse_url(config.url, f"{path}.url"), craft)
+        address = parse_url(config.url, f"{path}.url")
+        other = addresses.setdefault(address, craft)
         if other != craft:
-            raise ConfigError(f"{path}.url", f"{config.url} is the address of {other}, too; every craft needs its own")
+            _check_shared(scenario, craft, address)
         least_s = 1.5 * scenario.clock.tick_s
         if config.setpoint_age_max_s < least_s:
             problem = (
                 f"{config.setpoint_age_max_s:g} s is too short: the agent speaks every {scenario.clock.tick_s:g} s"
             )
             raise ConfigError(f"{path}.setpoint_age_max_s", f"{problem}; {least_s:g} s would do")
+
+
+def _check_shared(scenario: Scenario, craft: str, address: Address) -> None:
+    """Check craft behind one router, which several adapters may connect to; a port or a device has one owner."""
+    config, path = scenario.mavlink_craft[craft], f"$.craft.{craft}.frontseat"
+    for other, theirs in scenario.mavlink_craft.items():
+        if other == craft or parse_url(theirs.url, f"$.craft.{other}.frontseat.url") != address:
+            continue
+        if address.kind not in {"tcp", "udpout"}:
+            raise ConfigError(f"{path}.url", f"{config.url} is the address of {other}, too; every craft needs its own")
+        if None in {config.system, theirs.system} or config.system == theirs.system:
+            raise ConfigError(f"{path}.system", f"{other} is behind the same router: give each of them its system id")
+        if (config.own_system, config.own_component) == (theirs.own_system, theirs.own_component):
+            raise ConfigError(
+                f"{path}.own_component", f"{other} is behind the same router and has it, too: give one another, say 192"
+            )
 
 
 def read_key(config: MavlinkFrontseat, path: str) -> bytes | None:

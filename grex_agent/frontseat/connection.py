@@ -42,6 +42,11 @@ class Connection:
         return self._codec.garbage
 
     @property
+    def unsigned(self) -> int:
+        """Messages so far that were not signed with our key."""
+        return self._codec.unsigned
+
+    @property
     def heard(self) -> bool:
         """Whether anything has come at all."""
         return bool(self._peers)

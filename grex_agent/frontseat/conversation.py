@@ -4,21 +4,21 @@ from collections.abc import Callable
 
 from grex_agent.frontseat.commands import Answer, Command, Commander
 from grex_agent.frontseat.control import ARM, HOLD, MODE, Control
-from grex_agent.frontseat.dialect import Mavlink, mavlink
+from grex_agent.frontseat.dialect import Mavlink, is_signed, mavlink
+from grex_agent.frontseat.families import describe
 from grex_agent.frontseat.families.table import Family
 from grex_agent.frontseat.feeding import RATE_HZ, Feeder
 from grex_agent.frontseat.navigation import Navigation
 from grex_agent.frontseat.outputs import Estimate, Note, Output, warn
+from grex_agent.frontseat.silence import Silence
 from grex_agent.frontseat.steering import Steering
 from grex_agent.frontseat.streams import Streams
 from grex_agent.frontseat.texts import StatusTexts
 from grex_agent.frontseat.timekeeping import Timekeeper
-from grex_agent.frontseat.timesync import BootClock, older
+from grex_agent.frontseat.timesync import BootClock
 from grex_link.config import DatumConfig, MavlinkFrontseat
 from grex_link.messages import Setpoint
 
-#: The link is lost after so many seconds of the autopilot without a word.
-_SILENCE_S = 3.0
 _SYNC_S = 1.0
 #: Words of the autopilot that come this close to a refusal are its reason.
 _WORDS_S = 3.0
@@ -47,6 +47,8 @@ class Conversation:
     ----------
     muted : str
         Why nothing but heartbeats may be sent; empty when all is well.
+    keyless : bool
+        Whether its messages are signed and ours are not.
     """
 
     def __init__(
@@ -71,8 +73,8 @@ class Conversation:
         self._config = config
         self._commander = Commander(*source, config.own_system, config.own_component)
         self._steering = Steering(family, source, config.setpoint_age_max_s)
-        self._heard_s = 0.0
-        self._linked = True
+        self.keyless = False
+        self._silence = Silence()
         self._believed: bool | None = None
         self._due = dict.fromkeys(("setpoint", "sync", "feed"), -1e9)
 
@@ -92,7 +94,11 @@ class Conversation:
         """Begin."""
         self._ask_version()
         title = f"found {self.family.title} ({describe(message)}), system {self.source[0]}"
-        return [Note(title), *self.on_message(message, now_s)]
+        return [Note(title), *self._check_feed(), *self.on_message(message, now_s)]
+
+    def ask(self, command: Command) -> None:
+        """Ask the autopilot for something, when there is nothing more urgent."""
+        self._commander.ask(command)
 
     def on_start(self, from_s: float) -> None:
         """Begin the mission; see `FrontseatCore.on_start`."""
@@ -107,8 +113,7 @@ class Conversation:
         """Take a message of the autopilot."""
         if self.time.is_echo(message):
             return []
-        self._heard_s = now_s
-        notes = self._link_is_back()
+        notes: list[Output] = [*self._silence.on_message(now_s)]
         kind = message.get_type()
         self.streams.on_message(kind)
         notes += self._on_boot_time(message, now_s)
@@ -122,8 +127,8 @@ class Conversation:
 
     def on_time(self, now_s: float) -> list[Output]:
         """Do what is due."""
-        out: list[Output] = [*self._look_for_silence(now_s), *self.texts.on_time(now_s), *self._doubts(now_s)]
-        if self._linked and not self.muted:
+        out: list[Output] = [*self._silence.look(now_s, self.rate), *self.texts.on_time(now_s), *self._doubts(now_s)]
+        if self._silence.linked and not self.muted:
             out += self._talk(now_s)
             out += self._send_due(now_s)
         return out
@@ -138,13 +143,18 @@ class Conversation:
         """Say what is missing before the mission may start."""
         if self.muted:
             return self.muted
-        if not self._linked:
+        if not self._silence.linked:
             return "the autopilot is silent"
         estimate = self.estimate(now_s, now_s)
         if not estimate.valid:
             said = f'; it says "{self.texts.last}"' if self.texts.last else ""
-            return f"no valid position: {estimate.reason}{said}"
-        return self.control.waits_for if self._config.arm else ""
+            return f"no valid position: {estimate.reason}{said}{self._key_is_missing}"
+        missing = self.control.waits_for if self._config.arm else ""
+        return missing and missing + self._key_is_missing
+
+    @property
+    def _key_is_missing(self) -> str:
+        return "; its messages are signed and ours are not: name its key in signing_key_file" if self.keyless else ""
 
     # -- talk ---------------------------------------------------------------------------------------------------
 
@@ -183,7 +193,12 @@ class Conversation:
 
     def _send_setpoint(self, now_s: float) -> list[Output]:
         """Send the set-point in force; none to an autopilot that somebody else has, or when the agent is stale."""
-        if not self.control.streams or self.muted or not self._linked or not self._steering.fresh(now_s, self.rate):
+        if (
+            not self.control.streams
+            or self.muted
+            or not self._silence.linked
+            or not self._steering.fresh(now_s, self.rate)
+        ):
             return []
         return [self._steering.message(self.navigation, self.clock, now_s)]
 
@@ -191,6 +206,7 @@ class Conversation:
 
     def _on_heartbeat(self, message: Mavlink, now_s: float) -> list[Output]:
         armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        self.keyless = is_signed(message) and self._config.signing_key_file is None
         return [*self.control.on_heartbeat(message.custom_mode, now_s, armed=armed)]
 
     def _on_ack(self, message: Mavlink, now_s: float) -> list[Output]:
@@ -199,11 +215,11 @@ class Conversation:
 
     def _on_answer(self, answer: Answer, now_s: float) -> list[Output]:
         if self.streams.is_mine(answer):
-            self.streams.on_answer(answer)
-        elif answer.command.purpose in {MODE, ARM, HOLD}:
+            return [*self.streams.on_answer(answer, self.source)]
+        if answer.command.purpose in {MODE, ARM, HOLD}:
             why = self.texts.last if now_s - self.texts.last_s <= _WORDS_S else ""
             return [*self.control.on_answer(answer, now_s, why)]
-        elif answer.command.purpose == _ORIGIN and answer.status != "accepted" and self.feeder is not None:
+        if answer.command.purpose == _ORIGIN and answer.status != "accepted" and self.feeder is not None:
             return [self.feeder.origin(self.source[0])]
         return []
 
@@ -264,17 +280,11 @@ class Conversation:
         self.muted = why
         return [warn(why)]
 
-    def _look_for_silence(self, now_s: float) -> list[Output]:
-        if not self._linked or not older(now_s - self._heard_s, self.rate, _SILENCE_S):
+    def _check_feed(self) -> list[Output]:
+        feed = self._config.feed
+        if feed in {"none", *self.family.feeds}:
             return []
-        self._linked = False
-        return [warn(f"the autopilot has been silent for {_SILENCE_S:g} s: no set-points are sent until it is heard")]
-
-    def _link_is_back(self) -> list[Output]:
-        if self._linked:
-            return []
-        self._linked = True
-        return [Note("the autopilot is heard again")]
+        return self._mute(f'{self.family.title} has no use for feed = "{feed}"; it takes "{self.family.feeds[0]}"')
 
     def _doubts(self, now_s: float) -> list[Output]:
         """Say when the position becomes valid, and when it is no longer, and why."""
@@ -288,15 +298,6 @@ class Conversation:
 
     def _ask_version(self) -> None:
         self._commander.ask(_request(_VERSION, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION))
-
-
-def describe(heartbeat: Mavlink) -> str:
-    """Say what an autopilot says of itself, for a person."""
-    names = []
-    for enum, value in (("MAV_AUTOPILOT", heartbeat.autopilot), ("MAV_TYPE", heartbeat.type)):
-        entry = mavlink.enums[enum].get(value)
-        names.append(entry.name.removeprefix(enum + "_").lower().replace("_", " ") if entry else f"number {value}")
-    return ", ".join(names)
 
 
 def _request(purpose: str, number: int) -> Command:

@@ -6,9 +6,9 @@ work. All times are ours and never jump; timeouts are in the autopilot's own sec
 
 from collections import deque
 
-from grex_agent.frontseat.conversation import Conversation, describe
+from grex_agent.frontseat.conversation import Conversation
 from grex_agent.frontseat.dialect import Mavlink, mavlink
-from grex_agent.frontseat.families import family_of
+from grex_agent.frontseat.families import describe, family_of
 from grex_agent.frontseat.outputs import Estimate, Output, warn
 from grex_link.config import DatumConfig, MavlinkFrontseat
 from grex_link.messages import Fix, Setpoint

@@ -22,6 +22,11 @@ _SIGNING_EPOCH_S = 1_420_070_400
 _UNSIGNED = frozenset({mavlink.MAVLINK_MSG_ID_RADIO_STATUS})
 
 
+def is_signed(message: Mavlink) -> bool:
+    """Whether a message came with a signature, whoever has the key."""
+    return bool(message.get_header().incompat_flags & mavlink.MAVLINK_IFLAG_SIGNED)
+
+
 class Codec:
     """Bytes to messages and back, for one link.
 
@@ -38,6 +43,8 @@ class Codec:
     ----------
     garbage : int
         Pieces so far that were no message, or not signed with the key.
+    unsigned : int
+        Those of them that were messages.
     """
 
     def __init__(self, own_system: int, own_component: int, key: bytes | None = None, unix_ns: int = 0) -> None:
@@ -45,7 +52,7 @@ class Codec:
         self._timestamp = max(0, unix_ns // NS - _SIGNING_EPOCH_S) * 100_000
         self._out = self._mav(own_system, own_component)
         self._in: dict[Any, Any] = {}
-        self.garbage = 0
+        self.garbage = self.unsigned = 0
 
     def encode(self, message: Mavlink) -> bytes:
         """Bytes of a message, numbered in turn."""
@@ -60,7 +67,9 @@ class Codec:
             reader = self._in[peer] = self._mav(0, 0)
         messages = reader.parse_buffer(data) or []
         good = [message for message in messages if message.get_type() != "BAD_DATA"]
-        self.garbage += len(messages) - len(good)
+        bad = [message for message in messages if message.get_type() == "BAD_DATA"]
+        self.garbage += len(bad)
+        self.unsigned += sum("signature" in str(message.reason) for message in bad)
         return good
 
     def forget(self, peer: object) -> None:

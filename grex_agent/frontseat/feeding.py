@@ -19,13 +19,13 @@ _GPS_EPOCH_S = 315_964_800
 _WEEK_S = 604_800
 #: GPS is ahead of UTC by the leap seconds since 1980.
 _LEAP_S = 18
+#: A velocity that is left out is taken for zero by an estimator that takes velocities from its GPS.
 _NO_ALTITUDE_OR_VERTICAL = (
     mavlink.GPS_INPUT_IGNORE_FLAG_ALT
-    | mavlink.GPS_INPUT_IGNORE_FLAG_VEL_HORIZ
     | mavlink.GPS_INPUT_IGNORE_FLAG_VEL_VERT
-    | mavlink.GPS_INPUT_IGNORE_FLAG_SPEED_ACCURACY
     | mavlink.GPS_INPUT_IGNORE_FLAG_VERTICAL_ACCURACY
 )
+_SPEED_SIGMA_MPS = 0.3
 
 
 class Feeder:
@@ -111,8 +111,8 @@ class Feeder:
             0.0,
             1.0,
             1.0,
-            *(0.0, 0.0, 0.0),
-            0.0,
+            *(fix.speed_mps * math.cos(fix.heading_rad), fix.speed_mps * math.sin(fix.heading_rad), 0.0),
+            _SPEED_SIGMA_MPS,
             max(fix.sigma_m, 0.1),
             0.0,
             10,

@@ -61,7 +61,10 @@ class Frontseat:
     @property
     def waits_for(self) -> str:
         """What is missing before the mission may start; empty when nothing is."""
-        return self._core.waits_for(_now_ns())
+        missing = self._core.waits_for(_now_ns())
+        if self._core.peer is None and self._connection.unsigned:
+            return "messages come, but none is signed with our key; is signing_key_file the autopilot's?"
+        return missing
 
     @property
     def fault(self) -> str:

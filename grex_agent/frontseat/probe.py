@@ -7,6 +7,7 @@ from grex_agent.frontseat.connection import Connection
 from grex_agent.frontseat.conversation import Conversation
 from grex_agent.frontseat.core import FrontseatCore
 from grex_agent.frontseat.dialect import Codec, mavlink
+from grex_agent.frontseat.inspection import Inspection
 from grex_agent.frontseat.outputs import Note
 from grex_link import clock
 from grex_link.config import DatumConfig, MavlinkFrontseat
@@ -16,7 +17,9 @@ from grex_link.units import NS
 #: Wall seconds until nobody answers, and to look at whoever does.
 _ANSWER_S = 10.0
 _LOOK_S = 7.0
+_LOOK_MAX_S = 12.0
 _POLL_S = 0.01
+_OWN = 255, 191
 
 
 class Looker:
@@ -32,6 +35,7 @@ class Looker:
         self._connection = connection
         # Where the mission lies does not matter to whether it knows where it is.
         self._core = FrontseatCore(MavlinkFrontseat(url="probe:"), DatumConfig(0.0, 0.0))
+        self.inspection: Inspection | None = None
         self.said: list[str] = []
         self.kinds: set[str] = set()
 
@@ -42,7 +46,13 @@ class Looker:
         for message in self._connection.receive():
             self.kinds.add(message.get_type())
             out += self._core.on_message(message, now_ns)
+            if self.inspection is not None:
+                self.inspection.on_message(message)
         self._connection.target = self._core.target_system
+        if self.peer is not None and self.inspection is None:
+            self.inspection = Inspection(self.peer, _OWN[0])
+        if self.inspection is not None:
+            out += self.inspection.due(now_ns / NS)
         for item in [*out, *self._core.on_time(now_ns)]:
             if isinstance(item, Note):
                 self.said.append(item.text)
@@ -70,19 +80,21 @@ def look(url: str) -> None:
     GrexError
         If nobody answers, or something is missing for GREX.
     """
-    connection = Connection(parse_url(url, "--probe"), Codec(255, 191, None, clock.unix_ns()))
+    connection = Connection(parse_url(url, "--probe"), Codec(*_OWN, None, clock.unix_ns()))
     with closing(connection):
         connection.open("--probe")
         looker = Looker(connection)
         give_up_s = clock.monotonic_s() + _ANSWER_S
         while looker.peer is None and not looker.fault and clock.monotonic_s() < give_up_s:
             _wait(looker)
-        if looker.peer is None:
+        if looker.peer is None or looker.inspection is None:
             raise GrexError(_nobody(url, connection, looker))
-        look_until_s = clock.monotonic_s() + _LOOK_S
-        while clock.monotonic_s() < look_until_s:
+        since_s = clock.monotonic_s()
+        while (passed_s := clock.monotonic_s() - since_s) < _LOOK_S or (
+            passed_s < _LOOK_MAX_S and not looker.inspection.done
+        ):
             _wait(looker)
-        missing = _report(url, looker, looker.peer)
+        missing = _report(url, looker, looker.peer, looker.inspection)
     if missing:
         raise GrexError(f"{url}: missing for GREX: {'; '.join(missing)}")
 
@@ -104,7 +116,7 @@ def _nobody(url: str, connection: Connection, looker: Looker) -> str:
     return f"{url}: nobody answers; is the autopilot on, and does it send to this address?"
 
 
-def _report(url: str, looker: Looker, peer: Conversation) -> list[str]:
+def _report(url: str, looker: Looker, peer: Conversation, inspection: Inspection) -> list[str]:
     """Print what was found, and return what is missing."""
     now_s = clock.monotonic_s()
     estimate = peer.navigation.at(now_s, now_s, peer.rate)
@@ -117,6 +129,7 @@ def _report(url: str, looker: Looker, peer: Conversation) -> list[str]:
         "State": f"{mode}, {'armed' if peer.control.armed else 'disarmed'}",
         "Modes used": modes,
         "Position": _position(peer, estimate.sigma_m) if estimate.valid else f"not valid: {estimate.reason}",
+        "Origin": "{:.6f}, {:.6f}".format(*inspection.origin) if inspection.origin else "its estimator has none yet",
         "Clock": f"{peer.rate:.3f} of ours"
         + (f", round trip {trip_s * 1e3:.0f} ms" if trip_s is not None else ", no answer to TIMESYNC"),
         "Rates, Hz": ", ".join(f"{kind} {rate:.1f}" for kind, rate in peer.streams.rates.items()),
@@ -125,12 +138,11 @@ def _report(url: str, looker: Looker, peer: Conversation) -> list[str]:
     print(f"{url}")  # noqa: T201
     for name, words in lines.items():
         print(f"  {name:<11} {words}")  # noqa: T201
-    missing = [f"message {name}" for name in peer.streams.missing()]
-    if looker.fault:
-        missing.insert(0, looker.fault)
-    if not estimate.valid:
-        missing.append(f"a valid position ({estimate.reason})")
-    print(f"  {'Missing':<11} {'; '.join(missing) or 'nothing'}")  # noqa: T201
+    missing = [looker.fault] if looker.fault else inspection.missing(now_s)
+    for line in missing or ["nothing"]:
+        print(f"  {'Missing':<11} {line}")  # noqa: T201
+    for line in inspection.advice():
+        print(f"  {'Warning':<11} {line}")  # noqa: T201
     return missing
 
 

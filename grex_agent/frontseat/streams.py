@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Mapping
 
 from grex_agent.frontseat.commands import Answer, Command
-from grex_agent.frontseat.dialect import mavlink
+from grex_agent.frontseat.dialect import Mavlink, mavlink
 from grex_agent.frontseat.families.table import Family
 
 #: Rates are measured over as many seconds of the autopilot.
@@ -16,6 +16,13 @@ _WINDOW_S = 5.0
 #: Below this share of the wanted rate it is asked for again; losses on the way are no reason to.
 _TOO_RARE = 0.5
 _PURPOSE = "rate "
+#: Groups of REQUEST_DATA_STREAM in which all of them are, for an autopilot that knows no intervals.
+_GROUPS = (
+    mavlink.MAV_DATA_STREAM_EXTENDED_STATUS,
+    mavlink.MAV_DATA_STREAM_POSITION,
+    mavlink.MAV_DATA_STREAM_EXTRA1,
+    mavlink.MAV_DATA_STREAM_EXTRA3,
+)
 
 
 def wanted_rates(family: Family) -> dict[int, tuple[str, float]]:
@@ -44,6 +51,7 @@ class Streams:
         self._counts: Counter[str] = Counter()
         self._since_s: float | None = None
         self._refused: set[int] = set()
+        self._old_way = False
         self.rates: Mapping[str, float] = {}
 
     def reset(self) -> None:
@@ -51,16 +59,23 @@ class Streams:
         self._counts.clear()
         self._since_s = None
         self._refused.clear()
+        self._old_way = False
         self.rates = {}
 
     def on_message(self, kind: str) -> None:
         """Count a message."""
         self._counts[kind] += 1
 
-    def on_answer(self, answer: Answer) -> None:
-        """Take note of what is refused."""
-        if answer.status == "refused":
-            self._refused.add(int(answer.command.parameters[0]))
+    def on_answer(self, answer: Answer, target: tuple[int, int]) -> list[Mavlink]:
+        """Take note of what is refused; one that knows no intervals is asked once in the old way."""
+        if answer.status != "refused":
+            return []
+        self._refused.add(int(answer.command.parameters[0]))
+        if answer.result != "UNSUPPORTED" or self._old_way:
+            return []
+        self._old_way = True
+        rate = round(max(rate for _, rate in self._wanted.values()))
+        return [mavlink.MAVLink_request_data_stream_message(*target, group, rate, 1) for group in _GROUPS]
 
     @staticmethod
     def is_mine(answer: Answer) -> bool:
@@ -83,6 +98,11 @@ class Streams:
             for number, (name, rate) in self._wanted.items()
             if number not in self._refused and self.rates.get(name, 0.0) < _TOO_RARE * rate
         ]
+
+    @property
+    def wanted(self) -> list[tuple[str, float]]:
+        """Names of the messages with the rates that are asked for, hertz."""
+        return list(self._wanted.values())
 
     def missing(self) -> list[str]:
         """Names of the messages that do not come."""

@@ -1,4 +1,4 @@
-"""The autopilot's time in one place: which message is an echo, how its clock runs, and when it was booted or set. Pure."""
+"""The autopilot's time: which message is an echo, how its clock runs, and when it was booted or set. Pure."""
 
 from grex_agent.frontseat.bootwatch import BootWatch, Finding
 from grex_agent.frontseat.dialect import Mavlink, mavlink

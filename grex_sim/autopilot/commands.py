@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from grex_sim.autopilot import telemetry
+from grex_sim.autopilot import housekeeping, telemetry
 from grex_sim.autopilot.brain import Brain
 from grex_sim.autopilot.message import Command, Message, Result, whole
 from grex_sim.autopilot.setpoints import Order
@@ -70,9 +70,23 @@ def _arm(brain: Brain, message: Message, link: int, now_s: float) -> Result:
     if message["param2"] == _FORCE:
         brain.modes.armed = True
         return Result.ACCEPTED
+    if brain.gcs.forbids_arming:
+        brain.text("Preflight Fail: No connection to the GCS", now_s)
+        return Result.TEMPORARILY_REJECTED
     position, streamed = brain.estimator.aiding, brain.control.streamed(now_s)
     result, text = brain.modes.arm(now_s, position=position, streamed=streamed)
     return result if result == Result.ACCEPTED else _refuse(brain, text, now_s)
+
+
+def _run_checks(brain: Brain, message: Message, link: int, now_s: float) -> Result:
+    """Say what would refuse arming; nothing is armed. A PX4 says it in events only."""
+    del message, link
+    if brain.modes.armed:
+        return Result.TEMPORARILY_REJECTED
+    if not (brain.family.reject_event or housekeeping.passes_checks(brain, now_s)):
+        refused = brain.body.faults.value("refuse", now_s)
+        brain.text("PreArm: Logging failed" if refused else f"Pre{brain.boot.why_not_armed(now_s)}", now_s)
+    return Result.ACCEPTED
 
 
 def _refuse(brain: Brain, text: str, now_s: float) -> Result:
@@ -229,6 +243,7 @@ _HANDLERS: dict[int, Callable[[Brain, Message, int, float], Result]] = {
     Command.CALIBRATE: _calibrate,
     Command.REBOOT: _reboot,
     Command.ARM: _arm,
+    Command.RUN_PREARM_CHECKS: _run_checks,
     Command.GET_HOME: _get_home,
     Command.GET_INTERVAL: _get_interval,
     Command.SET_INTERVAL: _set_interval,

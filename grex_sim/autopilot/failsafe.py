@@ -5,6 +5,7 @@ from grex_sim.autopilot.message import Message
 from grex_sim.autopilot.parameters import Parameters
 
 _TIMEOUT_S = 5.0
+_STATION = 6
 
 
 class GcsFailsafe:
@@ -25,11 +26,22 @@ class GcsFailsafe:
 
     def on_heartbeat(self, message: Message, now_s: float) -> str:
         """Count a heartbeat if it is from the ground station; returns a text if that ends a loss."""
-        if message.system != int(self._parameters.get("SYSID_MYGCS", 255)):
+        if self._rules is not None and self._rules.stations_only:
+            counts = message["type"] == _STATION
+        else:
+            counts = message.system == int(self._parameters.get("SYSID_MYGCS", 255))
+        if not counts:
             return ""
         self._heard_s = now_s
         back, self.lost = self.lost, False
         return self._rules.back_text if back and self._rules else ""
+
+    @property
+    def forbids_arming(self) -> bool:
+        """Whether it does not arm for want of a ground station."""
+        if self._rules is None or not self._rules.stations_only or not self._parameters.get(self._rules.enable):
+            return False
+        return self._heard_s is None or self.lost
 
     def step(self, now_s: float) -> str:
         """Return what to do if the station is lost just now – a mode's name, or ``disarm`` –, otherwise nothing."""

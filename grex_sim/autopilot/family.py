@@ -91,6 +91,8 @@ class GcsRules(msgspec.Struct, frozen=True):
     extra_s: float
     lost_text: str
     back_text: str
+    stations_only: bool = False
+    """Only heartbeats of MAV_TYPE_GCS count, from any system; none, while it is enabled, and it does not arm."""
 
 
 class Family(msgspec.Struct, frozen=True, kw_only=True):

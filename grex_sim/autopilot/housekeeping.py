@@ -14,11 +14,16 @@ def boot_ms(brain: Brain, now_s: float) -> int:
     return int(max(0.0, brain.boot.age_s(now_s)) * 1000.0) & 0xFFFFFFFF
 
 
+def passes_checks(brain: Brain, now_s: float) -> bool:
+    """Whether it would let itself be armed."""
+    return brain.estimator.aiding and not brain.body.faults.value("refuse", now_s)
+
+
 def sys_status(brain: Brain, now_s: float) -> Fields:
     """SYS_STATUS."""
-    del now_s
     gyro_accelerometer_compass, gps, prearm = 0x07, 0x20, 0x10000000
-    healthy = gyro_accelerometer_compass | (gps | prearm if brain.estimator.aiding else 0)
+    healthy = gyro_accelerometer_compass | (gps if brain.estimator.aiding else 0)
+    healthy |= prearm if passes_checks(brain, now_s) else 0
     present = gyro_accelerometer_compass | gps | prearm
     return {
         "onboard_control_sensors_present": present,

@@ -77,6 +77,7 @@ class Command(IntEnum):
     CALIBRATE = 241
     REBOOT = 246
     ARM = 400
+    RUN_PREARM_CHECKS = 401
     GET_HOME = 410
     GET_INTERVAL = 510
     SET_INTERVAL = 511

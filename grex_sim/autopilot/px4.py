@@ -14,7 +14,7 @@ FAMILY = Family(
     modes=(
         Mode("MANUAL", 0x010000, "manual"),
         Mode("POSCTL", 0x030000, "point", needs_position=True),
-        Mode("OFFBOARD", 0x060000, "guided"),
+        Mode("OFFBOARD", 0x060000, "guided", needs_position=True),
         Mode("LOITER", 0x03040000, "point", needs_position=True),
         Mode("MISSION", 0x04040000, "point", needs_position=True),
         Mode("RTL", 0x05040000, "home", needs_position=True),
@@ -61,6 +61,8 @@ FAMILY = Family(
         extra_s=0.0,
         lost_text="",
         back_text="",
+        # Read in its source, not measured.
+        stations_only=True,
     ),
     parameters=(
         ("MAV_SYS_ID", "i32", 1),

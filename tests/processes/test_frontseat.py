@@ -113,49 +113,81 @@ def test_a_person_arms(tmp_path):
     assert "by 255/191" not in boat.log.read_text()
 
 
-def test_signing(tmp_path):
-    """With one key on both sides all goes well; with different keys nobody is heard."""
-    key, other = tmp_path / "key", tmp_path / "other"
-    key.write_text("1f" * 32)
-    other.write_text("2e" * 32)
-    boat = OneBoat(tmp_path, 10.0, more=f'arm = true\nsigning_key_file = "{key}"')
-    with boat.autopilot("--signing-key-file", str(key)):
+@pytest.fixture
+def keys(tmp_path):
+    """Two signing keys."""
+    (tmp_path / "key").write_text("1f" * 32)
+    (tmp_path / "other").write_text("2e" * 32)
+    return str(tmp_path / "key"), str(tmp_path / "other")
+
+
+def test_signing(tmp_path, keys):
+    """With one key on both sides all goes well, from connecting to handing back."""
+    boat = OneBoat(tmp_path, 10.0, more=f'arm = true\nsigning_key_file = "{keys[0]}"')
+    with boat.autopilot("--signing-key-file", keys[0]):
         assert boat.fly()[0] == 0
-    with boat.autopilot("--signing-key-file", str(other)):
-        status, _, err = boat.fly("--set", "clock.start_timeout_s=8")
+    assert boat.words[-1] == "the craft is with its autopilot, in HOLD, armed"
+
+
+@pytest.mark.parametrize(("ours", "theirs"), [(0, 1), (0, None), (None, 0)])
+def test_signing_that_does_not_match(tmp_path, keys, ours, theirs):
+    """A wrong key, or a key on one side only, ends the run before the mission, with one line that speaks of the key."""
+    key = "" if ours is None else f'\nsigning_key_file = "{keys[ours]}"'
+    boat = OneBoat(tmp_path, 10.0, more=f"arm = true{key}")
+    with boat.autopilot(*([] if theirs is None else ["--signing-key-file", keys[theirs]])):
+        status, _, err = boat.fly("--set", "clock.start_timeout_s=12")
     assert status == 1
-    assert "no heartbeat of an autopilot" in err
+    assert err.count("\n") == 1
+    assert re.match(r"grex: frontseat auv1 ended with status 1 \(the autopilot is not ready after 12 s: ", err)
+    assert ("signing_key_file" in err) and ("sign" in err.partition("signing_key_file")[0]), err
 
 
+HELD = "the craft is with its autopilot, in HOLD, armed"
+#: Fault, lines that are said, whether the last fix is valid, and how the run ends.
 FAULTS = {
-    "silence": ("silence@36:10", ["silent for 3 s", "is heard again"], True),
-    "reboot": ("reboot@36", ["the autopilot has booted", "a person has to set GUIDED|disarmed"], False),
-    "pilot": ("pilot@36=MANUAL", ["has set MANUAL: no set-points are sent"], False),
-    "gps": ("gps@36:15", ["no valid position: "], True),
-    "loss": ("loss@0:1000=0.3", ["GUIDED and armed: the agent steers"], True),
-    "garbage": ("garbage@10:30", ["GUIDED and armed: the agent steers"], True),
-    "jump": ("jump@36=1000", [], True),
+    "silence": ("silence@36:10", ["silent for 3 s", "is heard again"], True, HELD),
+    "reboot": (
+        "reboot@36",
+        ["the autopilot has booted: its message rates are asked for again", "a person or the autopilot has|disarmed"],
+        True,
+        "the craft is with its autopilot, in MANUAL, disarmed",
+    ),
+    "pilot": (
+        "pilot@36=MANUAL",
+        ["has set MANUAL: no set-points are sent"],
+        True,
+        "the craft is with its autopilot, in MANUAL, armed",
+    ),
+    # A rover that has lost its position holds by itself, and nobody takes it out of that but a person.
+    "gps": ("gps@36:15", ["no valid position: ", "has set HOLD: no set-points are sent"], True, HELD),
+    "loss": ("loss@0:1000=0.3", ["GUIDED and armed: the agent steers"], True, HELD),
+    "garbage": ("garbage@10:30", ["GUIDED and armed: the agent steers"], True, HELD),
+    "jump": ("jump@36=1000", [r"the autopilot's date has jumped by \+1000 s"], True, HELD),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_fault(tmp_path, fault: str):
-    """What goes wrong at an autopilot is said in a clear line, the run goes on, and the fixes tell the truth."""
-    argument, lines, recovers = FAULTS[fault]
+    """What goes wrong at an autopilot is said in a clear line, and the run ends in the state that is stated for it."""
+    argument, lines, recovers, end = FAULTS[fault]
     boat = OneBoat(tmp_path, 70.0)
     with boat.autopilot("--fault", argument):
         status, _, err = boat.fly()
     assert (status, err) == (0, ""), boat.words
     for line in lines:
         assert any(re.search(line, words) for words in boat.words), (line, boat.words)
+    assert boat.words[-1] == end
     found = boat.fixes()
     assert found[5].valid
-    if recovers:
-        assert found[-1].valid, (found[-1].reason, boat.words)
+    assert found[-1].valid == recovers, (found[-1].reason, boat.words)
     if fault in {"silence", "gps"}:
         assert any(not fix.valid and fix.reason for fix in found)
     if fault == "pilot":
-        assert "GUIDED by 255/191" not in boat.log.read_text().partition("MANUAL by the pilot")[2]
+        assert "GUIDED by 255/191" not in boat.log.read_text().partition("MANUAL by a pilot")[2]
+    if fault in {"loss", "garbage", "jump", "silence"}:
+        # It is steered to the end: within 3 m of its track, under way.
+        assert all(abs(fix.east_m) < 3.0 for fix in found if fix.valid and fix.tick >= 20)
+        assert found[-1].north_m - found[-10].north_m > 5.0
 
 
 def test_arming_denied(tmp_path):
@@ -177,17 +209,21 @@ def test_nobody_answers(tmp_path):
 
 
 def test_an_agent_that_is_killed(tmp_path):
-    """When the agent is killed the craft holds, and the run ends and names the agent."""
-    boat = OneBoat(tmp_path, 1000.0)
+    """When the agent is killed the craft holds within the autopilot's timeout plus 1 s; the run ends and names it."""
+    boat = OneBoat(tmp_path, 1000.0, pace=1.0)
     with boat.autopilot():
         with boat.grex() as launcher:
             boat.wait_for_words("the agent steers")
+            # What it has printed has happened: its clock, from then on, is at least so far.
+            then_s, since = boat.autopilot_time("-> GUIDED by 255/191"), time.monotonic()
             time.sleep(3.0)
             (agent,) = [c for c in psutil.Process(launcher.pid).children(recursive=True) if "grex_agent" in c.cmdline()]
+            killed_s = then_s + time.monotonic() - since
             agent.send_signal(signal.SIGKILL)
             _, err = launcher.communicate(timeout=30)
         assert re.match(r"grex: agent auv1 was killed by SIGKILL", err)
-        assert boat.words[-1] == "the craft is with its autopilot, in HOLD, armed"
+        assert boat.words[-1] == HELD
+    assert boat.autopilot_time("GUIDED -> HOLD by 255/191") - killed_s < 3.1 + 1.0
 
 
 def test_an_agent_that_hangs(tmp_path):
@@ -225,15 +261,29 @@ def test_an_adapter_that_is_killed(tmp_path):
     assert "target not received last 3secs, stopping" in boat.log.read_text()
 
 
-def test_two_autopilots_with_one_id(tmp_path):
+@pytest.mark.parametrize("second", [("--ready", "6"), ()], ids=["started later", "just alike"])
+def test_two_autopilots_with_one_id(tmp_path, second):
     """Two autopilots with one system id on a link are refused in words before the mission starts."""
     boat = OneBoat(tmp_path, 30.0)
-    # Started together with the same draws they would say the same bytes, which nobody could tell from an echo.
-    other = boat.autopilot("--seed", "2", "--ready", "6", log="other.log")
-    with boat.autopilot(), other:
+    with boat.autopilot(), boat.autopilot(*second, log="other.log"):
         status, _, err = boat.fly()
     assert status == 1
-    assert "two autopilots have system id 1" in err
+    assert "two autopilots have system id 1: give one of them another one" in err
+
+
+def test_a_second_autopilot_that_comes_later(tmp_path):
+    """One that turns up with the same id in mid-mission is named, and nobody is sent anything: the boat stops."""
+    boat = OneBoat(tmp_path, 90.0)
+    with boat.autopilot():
+        with boat.grex() as launcher:
+            boat.wait_for_words("the agent steers")
+            with boat.autopilot(log="other.log"):
+                boat.wait_for_words("two autopilots have system id 1: give one of them another one")
+                launcher.communicate(timeout=90)
+    found = boat.fixes()
+    assert not found[-1].valid
+    assert "two autopilots have system id 1" in found[-1].reason
+    assert "target not received last 3secs, stopping" in boat.log.read_text()
 
 
 def test_ctrl_c(tmp_path):
@@ -286,6 +336,25 @@ def test_probe_says_what_is_missing(tmp_path):
     assert found.returncode == 1
     assert "missing for GREX" in found.stderr
     assert "a valid position" in found.stderr
+
+
+WRONG = {
+    "rover": ("SYSID_MYGCS=7", "FS_GCS_ENABLE=0", "FS_EKF_ACTION=0"),
+    "sub": ("SYSID_MYGCS=7", "FS_GCS_ENABLE=2"),
+    "px4": ("COM_OF_LOSS_T=30", "COM_OBL_RC_ACT=2", "NAV_DLL_ACT=2"),
+}
+
+
+@pytest.mark.parametrize("family", WRONG)
+def test_probe_warns(tmp_path, family: str):
+    """Failsafes that would not stop the craft, and ids that do not count, are a line each with what to set."""
+    port = free_port()
+    parameters = [word for text in WRONG[family] for word in ("--param", text)]
+    with autopilot(f"udpout:127.0.0.1:{port}", tmp_path / "log", "--family", family, "--ready", "2", *parameters):
+        found = probe(f"udpin:127.0.0.1:{port}")
+    assert found.returncode == 0
+    lines = re.findall(r"^  Warning +(\w+) is (\S+): .*set it to", found.stdout, re.MULTILINE)
+    assert {f"{name}={value}" for name, value in lines} == set(WRONG[family])
 
 
 def test_probe_of_no_address():

@@ -83,6 +83,10 @@ class AdapterBench:
     """The adapter, and a simulated autopilot at the other end of a line."""
 
     family = "rover"
+    options: tuple[str, ...] = ()
+    """More of the autopilot's."""
+    more = ""
+    """More of the frontseat's, in the scenario."""
     loses_navigation = True
     stale_s = 3.0
     """The autopilot's own timeout; the adapter's is shorter."""
@@ -90,14 +94,15 @@ class AdapterBench:
     def __init__(self, folder: Path, fault: str = "") -> None:
         self._stack = ExitStack()
         ours, theirs = self._ends(folder)
-        options = ["--family", self.family, "--speedup", f"{PACE:g}", "--ready", "10"]
+        options = ["--family", self.family, "--speedup", f"{PACE:g}", "--ready", "10", *self.options]
         options += ["--fault", fault] if fault else []
         self._stack.enter_context(autopilot(theirs, folder / "autopilot.log", *options))
         deadline = time.monotonic() + 20.0
         while ours.startswith("serial:") and not (folder / "line").exists():
             assert time.monotonic() < deadline, "the autopilot has made no pty"
             time.sleep(0.02)
-        scenario = loads(SCENARIO.format(pace=PACE, frontseat=f'type = "mavlink"\nurl = "{ours}"\narm = true'))
+        frontseat = f'type = "mavlink"\nurl = "{ours}"\narm = true\n{self.more}'
+        scenario = loads(SCENARIO.format(pace=PACE, frontseat=frontseat))
         config = scenario.mavlink_craft["auv1"]
         now = clock.unix_ns()
         self.core = FrontseatCore(config, scenario.datum, PACE, now - round(clock.monotonic_s() * NS))

@@ -94,6 +94,11 @@ class OneBoat:
             assert time.monotonic() < deadline, (words, self.words_so_far())
             time.sleep(0.05)
 
+    def autopilot_time(self, words: str) -> float:
+        """Autopilot seconds at which its log has a line with these words."""
+        (line, *_) = [line for line in self.log.read_text().splitlines() if words in line]
+        return float(line.split(" s ")[0])
+
     def words_so_far(self) -> list[str]:
         return self.words if (self.out / "frontseat-auv1.log").exists() else []
 

@@ -1,6 +1,7 @@
 """PX4: any vehicle of it that takes velocity set-points in OFFBOARD."""
 
 from grex_agent.frontseat.dialect import mavlink
+from grex_agent.frontseat.families.settings import Setting, at_most, unless
 from grex_agent.frontseat.families.table import Family
 
 _OFFBOARD = 6 << 16
@@ -32,4 +33,18 @@ FAMILY = Family(
     returns_by_itself=True,
     # Speed control as it comes is off by up to a quarter.
     trims_speed=True,
+    # It has no handler for GPS_INPUT.
+    feeds=("vision",),
+    settings=(
+        Setting("COM_OF_LOSS_T", at_most(3.0, "so long it goes on by itself when set-points stop; set it to 1")),
+        Setting("COM_OBL_RC_ACT", unless(0, 3, 5, 6, 7, say="it does not stop when set-points do; set it to 5, hold")),
+        Setting(
+            "NAV_DLL_ACT",
+            unless(
+                0,
+                say="it arms only with the heartbeat of a ground station, and ours is an onboard computer's; "
+                "have a ground station on another link, or set it to 0",
+            ),
+        ),
+    ),
 )

@@ -1,6 +1,7 @@
 """ArduPilot Rover: boats and ground vehicles."""
 
 from grex_agent.frontseat.dialect import mavlink
+from grex_agent.frontseat.families.settings import ARDUPILOT, Setting, unless
 from grex_agent.frontseat.families.table import Family
 
 FAMILY = Family(
@@ -27,4 +28,10 @@ FAMILY = Family(
     guided=15,
     # HOLD needs no position, and is where the autopilot's own failsafes end.
     holds=(4, 5),
+    settings=(
+        *ARDUPILOT,
+        Setting("FS_GCS_ENABLE", unless(1, say="nothing happens when our heartbeats stop; set it to 1")),
+        Setting("FS_ACTION", unless(1, 2, 3, 4, 6, say="its failsafe does not stop the boat; set it to 2, HOLD")),
+        Setting("FS_EKF_ACTION", unless(1, say="it does not stop when it has lost its position; set it to 1, HOLD")),
+    ),
 )

@@ -1,6 +1,7 @@
 """ArduPilot Sub: vehicles under water."""
 
 from grex_agent.frontseat.dialect import Mavlink, mavlink
+from grex_agent.frontseat.families.settings import ARDUPILOT, Setting
 from grex_agent.frontseat.families.table import Family, Order, velocity
 
 #: Vertical speed asked for each metre of depth error, and its limit.
@@ -13,6 +14,13 @@ def _encode(order: Order, time_boot_ms: int, system: int, component: int) -> Mav
     down_mps = _DEPTH_GAIN_PER_S * (order.depth_m - order.at_depth_m)
     down_mps = min(max(down_mps, -_VERTICAL_MAX_MPS), _VERTICAL_MAX_MPS)
     return velocity(order, down_mps, time_boot_ms, system, component)
+
+
+def _judge_failsafe(value: float, own_system: int) -> str:
+    del own_system
+    what = {3.0: "", 4.0: "", 2.0: "it disarms in mid-water when our heartbeats stop"}
+    words = what.get(value, "nothing happens when our heartbeats stop")
+    return words and f"{words}; set it to 4, surface, or 3, hold the depth"
 
 
 FAMILY = Family(
@@ -38,4 +46,5 @@ FAMILY = Family(
     under_water=True,
     # It makes good some 80 % of the speed it is asked for.
     trims_speed=True,
+    settings=(*ARDUPILOT, Setting("FS_GCS_ENABLE", _judge_failsafe)),
 )

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from grex_agent.frontseat.dialect import Mavlink, mavlink
+from grex_agent.frontseat.families.settings import Setting
 
 #: Velocity only: position, acceleration, yaw and yaw rate are ignored, vz is *not*. Leaving vz out as well, the habit
 #: of boats, is obeyed by some firmwares and dropped by others without a word.
@@ -91,6 +92,10 @@ class Family:
         Whether it leaves ``guided`` when set-points stop, and comes back by itself when they go on.
     trims_speed : bool
         Whether it makes good another speed than it is asked for, so that the adapter has to close that loop.
+    feeds : tuple of str
+        How it can be told where it is.
+    settings : tuple of Setting
+        Its parameters that a person should look at before trusting it with a craft.
     """
 
     name: str
@@ -106,6 +111,13 @@ class Family:
     streams_before: bool = False
     returns_by_itself: bool = False
     trims_speed: bool = False
+    feeds: tuple[str, ...] = ("gps_input", "vision")
+    settings: tuple[Setting, ...] = ()
+
+    @property
+    def bytewise(self) -> bool:
+        """Whether integer parameters travel as their bytes."""
+        return bool(self.autopilot == mavlink.MAV_AUTOPILOT_PX4)
 
     def suits(self, heartbeat: Mavlink) -> bool:
         """Whether an autopilot with this heartbeat is of the family."""

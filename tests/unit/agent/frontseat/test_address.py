@@ -82,6 +82,33 @@ def test_what_cannot_work(overrides: list[str], complaint: str):
         check_frontseats(loads(TEXT, overrides))
 
 
+ROUTER = [f"craft.auv{n}.frontseat.url=tcp:127.0.0.1:5760" for n in (1, 2)]
+IDS = [f"craft.auv{n}.frontseat.system={n}" for n in (1, 2)]
+OWN = ["craft.auv2.frontseat.own_component=192"]
+
+
+def test_two_boats_behind_one_router():
+    """Several adapters may go to one router, if each says which system it wants and has ids of its own."""
+    check_frontseats(loads(TEXT, [*ROUTER, *IDS, *OWN]))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "complaint"),
+    [
+        ([*ROUTER, *OWN], "$.craft.auv2.frontseat.system: auv1 is behind the same router: give each"),
+        ([*ROUTER, *IDS], "$.craft.auv2.frontseat.own_component: auv1 is behind the same router"),
+        (
+            [*(text.replace("tcp", "udpin") for text in ROUTER), *IDS, *OWN],
+            "$.craft.auv2.frontseat.url: udpin:127.0.0.1:5760 is the address of auv1, too",
+        ),
+    ],
+)
+def test_what_does_not_go_behind_one_router(overrides: list[str], complaint: str):
+    """Without a system id or with the same own ids it is not clear who is meant; a port of ours has one owner."""
+    with pytest.raises(ConfigError, match="^" + re.escape(complaint)):
+        check_frontseats(loads(TEXT, overrides))
+
+
 def test_no_datum():
     """Without a datum nobody knows where on earth the mission is: the line shows how to say it."""
     with pytest.raises(ConfigError, match=r"^\$\.datum: is missing: auv1 is on MAVLink, .*latitude_deg"):

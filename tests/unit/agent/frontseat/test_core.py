@@ -12,6 +12,7 @@ from mavlink_bench import (
     SET_INTERVAL,
     SET_MODE,
     TEMPORARILY_REJECTED,
+    UNSUPPORTED,
     MavlinkBench,
     setpoint,
 )
@@ -514,9 +515,27 @@ def test_a_date_that_jumps():
     for unix_s in (0.0, 1.8e9, 1.8e9 + 1.0, 1.8e9 + 1002.0, 1.8e9 + 1003.0):
         bench.hear(mavlink.MAVLink_system_time_message(round(1e6 * unix_s), bench.boot_ms))
         bench.run(1.0)
-    assert [words for words in bench.warnings if "date" in words] == [
-        "the autopilot's date has jumped by +1000 s: its logs are dated wrongly, "
-        "positions and set-points go by its time since boot and are not"
-    ]
+    (line,) = [words for words in bench.warnings if "date" in words]
+    assert line.startswith("the autopilot's date has jumped by +1000 s: its logs are dated wrongly, positions and")
     assert bench.estimate.valid
     assert bench.phase == "steering"
+
+
+def test_an_autopilot_that_knows_no_intervals():
+    """If SET_MESSAGE_INTERVAL is unsupported the groups of messages are asked for in the old way, once a boot."""
+    bench = MavlinkBench()
+    bench.answers[SET_INTERVAL] = UNSUPPORTED
+    bench.run(12.0)
+    asked = bench.said("REQUEST_DATA_STREAM")
+    assert sorted(message.req_stream_id for message in asked) == [2, 6, 10, 12]
+    assert {(message.target_system, message.start_stop, message.req_message_rate) for message in asked} == {(1, 1, 5)}
+    bench.boot = bench.now
+    bench.run(12.0)
+    assert len(bench.said("REQUEST_DATA_STREAM")) == 8
+
+
+def test_a_feed_that_it_does_not_take():
+    """PX4 has no use for GPS_INPUT: said at once, with what it takes, and the mission does not start."""
+    bench = MavlinkBench("px4", feed="gps_input", arm=True).run(3.0)
+    assert bench.core.waits_for(bench.now_ns) == 'PX4 has no use for feed = "gps_input"; it takes "vision"'
+    assert not bench.said("COMMAND_LONG")

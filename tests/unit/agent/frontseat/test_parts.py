@@ -81,9 +81,7 @@ def test_two_clocks_are_found(apart: float):
 
 
 def test_two_clocks_that_agree_are_found():
-    """Two autopilots that were started in the same moment differ in their positions, and so are found; values that are
-    told several times for one moment, as named ones are, are no second autopilot.
-    """
+    """Two autopilots that were started in the same moment are found, and are not seen in values that have names."""
     watch = BootWatch()
     named = [watch.see("NAMED_VALUE_FLOAT", 50.0 + 0.2 * (k // 4), 0.2 * (k // 4), 1.0) for k in range(80)]
     assert not any(named)
@@ -129,13 +127,15 @@ def fix(**changes) -> Fix:
 
 
 def test_gps_input():
-    """A fed fix comes out as GPS_INPUT: its place in degrees, its accuracy, and the GPS week of the wall clock."""
+    """A fed fix is a GPS_INPUT: place in degrees, velocity, accuracy, and the GPS week of the wall clock."""
     feeder = Feeder("gps_input", DATUM, 1_800_000_000 * NS)
     feeder.on_fix(fix(), 10.0)
     message = feeder.due(11.0, 1.0)
     assert message.lat / 1e7 == pytest.approx(54.37 + 31.0 / 111_330.0, abs=1e-6)
     assert message.horiz_accuracy == pytest.approx(0.5)
     assert message.fix_type == 3
+    assert (message.vn, message.ve) == pytest.approx((1.0, 0.0))
+    assert not message.ignore_flags & mavlink.GPS_INPUT_IGNORE_FLAG_VEL_HORIZ
     seconds = message.time_week * 604_800 + message.time_week_ms / 1000
     assert seconds == pytest.approx(1_800_000_011 - 315_964_800 + 18)
     assert feeder.due(15.0, 1.0) is None

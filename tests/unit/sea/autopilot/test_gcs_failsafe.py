@@ -89,12 +89,27 @@ def test_a_sub_may_do_something_better(enable, mode):
 @pytest.mark.parametrize(("enable", "mode"), [(0, 0x060000), (1, 0x03040000)])
 def test_px4_waits_ten_seconds(enable, mode):
     """A PX4 with NAV_DLL_ACT 0 does nothing, with 1 it holds after COM_DL_LOSS_T."""
-    bench = Bench("px4", parameters={"NAV_DLL_ACT": enable}).guided()
+    bench = Bench("px4", parameters={"NAV_DLL_ACT": enable})
+    bench.heartbeat()
+    bench.guided()
     beat(bench, 3.0)
     bench.drive(8.0, 1.0, 0.0)
     assert bench.shown == 0x060000
     bench.drive(4.0, 1.0, 0.0)
     assert bench.shown == mode
+
+
+@pytest.mark.parametrize(("kind", "armed"), [(18, False), (6, True)])
+def test_px4_arms_with_a_ground_station_only(kind, armed):
+    """With NAV_DLL_ACT 1 a PX4 arms only if it hears a ground station; an onboard computer's heartbeat is none."""
+    bench = Bench("px4", parameters={"NAV_DLL_ACT": 1}).run(3.0)
+    bench.send("HEARTBEAT", type=kind)
+    bench.velocity(0.0, 0.0)
+    bench.mode("GUIDED")
+    bench.velocity(0.0, 0.0)
+    assert bench.command(400, 1) == (0 if armed else 1)
+    assert bench.run(bench.now + 1.0).armed == armed
+    assert ("Preflight Fail: No connection to the GCS" in bench.texts()) != armed
 
 
 def test_an_enforced_id_is_silence_for_all_others():
