@@ -31,7 +31,7 @@ class Inspection:
     def __init__(self, peer: Conversation, own_system: int) -> None:
         self._peer = peer
         self._own_system = own_system
-        names = [setting.name for setting in peer.family.settings]
+        names = [peer.family.frame.name, *(setting.name for setting in peer.family.settings)]
         self._reader = ParameterReader(names, peer.source, bytewise=peer.family.bytewise)
         self._checks: bool | None = None
         self._complaints: dict[str, None] = {}
@@ -45,6 +45,12 @@ class Inspection:
     def done(self) -> bool:
         """Whether every parameter has been read, or asked for in vain."""
         return self._reader.done
+
+    @property
+    def frame(self) -> str:
+        """What kind of craft it takes itself to be on."""
+        frame = self._peer.family.frame
+        return frame.describe(self._reader.values.get(frame.name))
 
     def on_message(self, message: Mavlink) -> None:
         """Take a message, whoever sent it."""

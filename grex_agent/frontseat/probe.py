@@ -126,6 +126,7 @@ def _report(url: str, looker: Looker, peer: Conversation, inspection: Inspection
     lines = {
         "Found": looker.said[0].removeprefix("found ") if looker.said else peer.family.title,
         "Version": peer.version or "it does not say",
+        "Frame": inspection.frame,
         "State": f"{mode}, {'armed' if peer.control.armed else 'disarmed'}",
         "Modes used": modes,
         "Position": _position(peer, estimate.sigma_m) if estimate.valid else f"not valid: {estimate.reason}",

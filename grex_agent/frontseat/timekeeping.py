@@ -1,5 +1,7 @@
 """The autopilot's time: which message is an echo, how its clock runs, and when it was booted or set. Pure."""
 
+from collections import deque
+
 from grex_agent.frontseat.bootwatch import BootWatch, Finding
 from grex_agent.frontseat.dialect import Mavlink, mavlink
 from grex_agent.frontseat.echoes import Echoes
@@ -7,8 +9,8 @@ from grex_agent.frontseat.outputs import Note, warn
 from grex_agent.frontseat.timesync import BootClock
 from grex_link.units import NS
 
-#: An answer to TIMESYNC that is older is none of ours.
-_ANSWER_MAX_S = 3.0
+#: So many of our last questions may still be answered.
+_QUESTIONS = 10
 #: A date that moves by more against the time since boot has been set.
 _DATE_JUMP_S = 3.0
 #: It tells what it wants, not when it is.
@@ -34,6 +36,7 @@ class Timekeeper:
         self._watch = BootWatch()
         self._echoes = Echoes()
         self._booted_unix_s: float | None = None
+        self._asked_ns: deque[int] = deque(maxlen=_QUESTIONS)
 
     @property
     def doubtful(self) -> bool:
@@ -73,17 +76,16 @@ class Timekeeper:
             )
         ]
 
-    @staticmethod
-    def question(now_s: float) -> Mavlink:
+    def question(self, now_s: float) -> Mavlink:
         """TIMESYNC that asks what its clock shows."""
+        self._asked_ns.append(round(now_s * NS))
         return mavlink.MAVLink_timesync_message(0, round(now_s * NS))
 
     def on_timesync(self, message: Mavlink, now_s: float) -> list[Mavlink]:
         """Answer its question, or take its answer to ours."""
         if message.tc1 == 0:
             return [mavlink.MAVLink_timesync_message(round(now_s * NS), message.ts1)]
-        sent_s = message.ts1 / NS
-        # An answer to somebody else has a time that is none of ours.
-        if 0.0 <= now_s - sent_s < _ANSWER_MAX_S:
-            self.clock.on_exchange(sent_s, now_s, message.tc1 / NS)
+        # Behind a router we hear what it answers to others, too.
+        if message.ts1 in self._asked_ns:
+            self.clock.on_exchange(message.ts1 / NS, now_s, message.tc1 / NS)
         return []

@@ -1,7 +1,7 @@
 """PX4: any vehicle of it that takes velocity set-points in OFFBOARD."""
 
 from grex_agent.frontseat.dialect import mavlink
-from grex_agent.frontseat.families.settings import Setting, at_most, unless
+from grex_agent.frontseat.families.settings import Frame, Setting, at_most, unless
 from grex_agent.frontseat.families.table import Family
 
 _OFFBOARD = 6 << 16
@@ -28,6 +28,7 @@ FAMILY = Family(
     },
     guided=_OFFBOARD,
     holds=(_LOITER, _POSCTL),
+    frame=Frame("SYS_AUTOSTART", {}),
     estimator=mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS,
     streams_before=True,
     returns_by_itself=True,

@@ -1,7 +1,7 @@
 """ArduPilot Rover: boats and ground vehicles."""
 
 from grex_agent.frontseat.dialect import mavlink
-from grex_agent.frontseat.families.settings import ARDUPILOT, Setting, unless
+from grex_agent.frontseat.families.settings import ARDUPILOT, Frame, Setting, unless
 from grex_agent.frontseat.families.table import Family
 
 FAMILY = Family(
@@ -28,6 +28,7 @@ FAMILY = Family(
     guided=15,
     # HOLD needs no position, and is where the autopilot's own failsafes end.
     holds=(4, 5),
+    frame=Frame("FRAME_CLASS", {1: "rover", 2: "boat", 3: "balance bot"}),
     settings=(
         *ARDUPILOT,
         Setting("FS_GCS_ENABLE", unless(1, say="nothing happens when our heartbeats stop; set it to 1")),

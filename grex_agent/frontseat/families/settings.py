@@ -1,6 +1,6 @@
 """Parameters of autopilots on which a team's safety hangs, and what is to be said of a value that does not do."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 #: (value, our system id) → what is wrong and what to do; empty if nothing is.
@@ -27,6 +27,29 @@ class Setting:
         """One line, or nothing."""
         words = self.judge(value, own_system)
         return f"{self.name} is {value:g}: {words}" if words else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The parameter that says what kind of craft an autopilot takes itself to be on.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    words : mapping of int to str
+        What its values mean; others are shown as numbers.
+    """
+
+    name: str
+    words: Mapping[int, str]
+
+    def describe(self, value: float | None) -> str:
+        """Say it to a person."""
+        if value is None:
+            return "it does not say"
+        word = self.words.get(int(value))
+        return f"{word} ({self.name} {value:g})" if word else f"{self.name} {value:g}"
 
 
 def unless(*good: float, say: str) -> Judge:

@@ -1,7 +1,7 @@
 """ArduPilot Sub: vehicles under water."""
 
 from grex_agent.frontseat.dialect import Mavlink, mavlink
-from grex_agent.frontseat.families.settings import ARDUPILOT, Setting
+from grex_agent.frontseat.families.settings import ARDUPILOT, Frame, Setting
 from grex_agent.frontseat.families.table import Family, Order, velocity
 
 #: Vertical speed asked for each metre of depth error, and its limit.
@@ -42,6 +42,9 @@ FAMILY = Family(
     guided=4,
     # ALT_HOLD needs no position.
     holds=(16, 2),
+    frame=Frame(
+        "FRAME_CONFIG", {0: "BlueROV1", 1: "vectored", 2: "vectored, 6 DOF", 4: "SimpleROV-3", 5: "SimpleROV-4"}
+    ),
     encode=_encode,
     under_water=True,
     # It makes good some 80 % of the speed it is asked for.

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from grex_agent.frontseat.dialect import Mavlink, mavlink
-from grex_agent.frontseat.families.settings import Setting
+from grex_agent.frontseat.families.settings import Frame, Setting
 
 #: Velocity only: position, acceleration, yaw and yaw rate are ignored, vz is *not*. Leaving vz out as well, the habit
 #: of boats, is obeyed by some firmwares and dropped by others without a word.
@@ -94,6 +94,8 @@ class Family:
         Whether it makes good another speed than it is asked for, so that the adapter has to close that loop.
     feeds : tuple of str
         How it can be told where it is.
+    frame : Frame
+        What kind of craft it takes itself to be on.
     settings : tuple of Setting
         Its parameters that a person should look at before trusting it with a craft.
     """
@@ -105,6 +107,7 @@ class Family:
     modes: Mapping[int, str]
     guided: int
     holds: tuple[int, ...]
+    frame: Frame
     encode: Encode = along_the_surface
     estimator: int = mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT
     under_water: bool = False

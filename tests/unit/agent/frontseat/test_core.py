@@ -506,6 +506,10 @@ def test_timesync_is_answered():
     answer = bench.said("TIMESYNC", since)[-1]
     assert (answer.tc1, answer.ts1) == (bench.now_ns, 777)
     bench.hear(mavlink.MAVLink_timesync_message(5_000_000_000, bench.now_ns - 22_000_000))
+    assert bench.core.peer.clock.round_trip_s is None, "that was the answer to somebody else"
+    asked_ns = [message.ts1 for message in bench.said("TIMESYNC") if message.tc1 == 0][-1]
+    bench.now = asked_ns / 1e9 + 0.022
+    bench.hear(mavlink.MAVLink_timesync_message(5_000_000_000, asked_ns))
     assert bench.core.peer.clock.round_trip_s == pytest.approx(0.022)
 
 

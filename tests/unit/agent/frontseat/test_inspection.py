@@ -21,6 +21,16 @@ def test_nothing_to_say(family: str):
     assert duet.inspection.done
 
 
+@pytest.mark.parametrize(
+    ("family", "frame"),
+    [("rover", "boat (FRAME_CLASS 2)"), ("sub", "vectored (FRAME_CONFIG 1)"), ("px4", "SYS_AUTOSTART 50000")],
+)
+def test_the_frame(family: str, frame: str):
+    """It tells what kind of craft the autopilot takes itself to be on; integers of a PX4 are read as their bytes."""
+    duet = Duet(family, inspect=True).run(4.0)
+    assert duet.inspection.frame == frame
+
+
 WRONG = [
     ("rover", "FS_GCS_ENABLE", 0, "nothing happens when our heartbeats stop; set it to 1"),
     ("rover", "FS_ACTION", 0, "set it to 2, HOLD"),
