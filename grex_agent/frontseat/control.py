@@ -137,7 +137,9 @@ class Control:
         was = self.phase
         self.phase = "released"
         self._ask_at_s = 0.0
-        self._hold_wanted = was in {"steering", "mode", "arming", "holding"}
+        # One that obeys and was steered would go on waiting for set-points, even if it is not steered just now.
+        ours = was in {"steering", "mode", "arming", "holding"}
+        self._hold_wanted = ours or (self._has_steered and self.obeys)
 
     @property
     def released(self) -> bool:

@@ -89,8 +89,9 @@ class OneBoat:
         return re.findall(r'event="?(.*?)"?$', text, re.MULTILINE)
 
     def wait_for_words(self, words: str, timeout: float = 60.0) -> None:
+        """Wait for a line that a pattern is found in."""
         deadline = time.monotonic() + timeout
-        while not any(words in line for line in self.words_so_far()):
+        while not any(re.search(words, line) for line in self.words_so_far()):
             assert time.monotonic() < deadline, (words, self.words_so_far())
             time.sleep(0.05)
 

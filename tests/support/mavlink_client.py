@@ -82,6 +82,19 @@ class Client:
     def interval(self, number: int, hz: float) -> int:
         return self.command(511, number, 1e6 / hz)
 
+    def set(self, name: str, value: float) -> None:
+        """Write a parameter; one that silences the autopilot is never answered."""
+        self.link.mav.param_set_send(1, 1, name.encode(), value, 9)
+
+    def under_way(self) -> None:
+        """Wait until the craft makes half a metre a second to the north."""
+        self.wait(
+            "GLOBAL_POSITION_INT",
+            lambda m: m.vx > 50,
+            seconds=90.0,
+            repeat=lambda: self.link.mav.heartbeat_send(18, 8, 0, 0, 0),
+        )
+
     def velocity(self, north: float, east: float, down: float = 0.0, target: int = 1) -> None:
         self.link.mav.set_position_target_local_ned_send(
             0, target, 1, 1, VELOCITY, 0.0, 0.0, 0.0, north, east, down, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -543,3 +543,17 @@ def test_a_feed_that_it_does_not_take():
     bench = MavlinkBench("px4", feed="gps_input", arm=True).run(3.0)
     assert bench.core.waits_for(bench.now_ns) == 'PX4 has no use for feed = "gps_input"; it takes "vision"'
     assert not bench.said("COMMAND_LONG")
+
+
+def test_a_craft_that_waits_for_its_position_is_handed_back():
+    """In its mode again while its position is lost, it is not steered; at the end it is set to hold all the same."""
+    bench = MavlinkBench(arm=True).steering()
+    bench.mode = 0
+    bench.run(2.0)
+    bench.flags, bench.mode = 0xA7, 15
+    bench.run(3.0)
+    assert bench.phase == "taken"
+    bench.take(bench.core.release(bench.now_ns))
+    bench.run(2.0)
+    assert bench.core.released
+    assert bench.mode == 4
