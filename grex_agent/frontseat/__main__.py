@@ -15,6 +15,7 @@ def frontseat(
     ] = None,
     craft: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None,
     overrides: Overrides = (),
+    arm: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False,  # noqa: FBT002 - a flag
     probe: Annotated[str | None, tyro.conf.arg(metavar="URL")] = None,
 ) -> None:
     """Run the adapter between one craft's agent and its autopilot, over MAVLink. It ends with the simulator.
@@ -29,6 +30,8 @@ def frontseat(
         Whose autopilot it is; the scenario says where.
     overrides
         The same for everybody, too.
+    arm
+        The adapter may set the mode and arm, as arm = true in the scenario says; without either a person does.
     probe
         Only look: who answers at udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD.
     """
@@ -41,11 +44,13 @@ def frontseat(
     elif scenario is None or craft is None:
         raise ConfigError("grex frontseat", "needs a scenario and --craft NAME, or --probe URL")
     else:
-        _adapt(scenario, craft, overrides)
+        _adapt(scenario, craft, overrides, may_arm=arm)
 
 
-def _adapt(scenario: Path, craft: str, overrides: Overrides) -> None:
+def _adapt(scenario: Path, craft: str, overrides: Overrides, *, may_arm: bool) -> None:
     from contextlib import closing
+
+    import msgspec
 
     from grex_agent.frontseat.address import check_frontseats, parse_url, read_key
     from grex_agent.frontseat.connection import Connection
@@ -69,6 +74,7 @@ def _adapt(scenario: Path, craft: str, overrides: Overrides) -> None:
         raise ConfigError(f"{path}.type", "is not mavlink; the simulator moves this craft")
     speak_as(f"frontseat {craft}")
     ours = config.mavlink_craft[craft]
+    ours = msgspec.structs.replace(ours, arm=ours.arm or may_arm)
     unix_ns = clock.unix_ns()
     codec = Codec(ours.own_system, ours.own_component, read_key(ours, path), unix_ns)
     core = FrontseatCore(ours, config.datum, config.clock.factor, unix_ns - round(clock.monotonic_s() * NS))
