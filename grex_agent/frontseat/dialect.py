@@ -4,10 +4,12 @@ A `Codec` is what one pair of ids says and hears: it numbers and signs what goes
 peer by itself, because bytes of two peers do not follow each other.
 """
 
+import struct
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega
 
+from grex_agent.frontseat.framing import Framer
 from grex_link.units import NS
 
 #: The messages, enumerations and constants.
@@ -42,16 +44,16 @@ class Codec:
     Attributes
     ----------
     garbage : int
-        Pieces so far that were no message, or not signed with the key.
+        Bytes so far that were of no message, or of one that is not signed with the key.
     unsigned : int
-        Those of them that were messages.
+        Messages that were not signed with the key.
     """
 
     def __init__(self, own_system: int, own_component: int, key: bytes | None = None, unix_ns: int = 0) -> None:
         self._key = key
         self._timestamp = max(0, unix_ns // NS - _SIGNING_EPOCH_S) * 100_000
         self._out = self._mav(own_system, own_component)
-        self._in: dict[Any, Any] = {}
+        self._in: dict[Any, tuple[Framer, Any]] = {}
         self.garbage = self.unsigned = 0
 
     def encode(self, message: Mavlink) -> bytes:
@@ -61,24 +63,29 @@ class Codec:
         return data
 
     def decode(self, data: bytes, peer: object = None) -> list[Mavlink]:
-        """Messages that are complete with these bytes of a peer."""
-        reader = self._in.get(peer)
-        if reader is None:
-            reader = self._in[peer] = self._mav(0, 0)
-        messages = reader.parse_buffer(data) or []
-        good = [message for message in messages if message.get_type() != "BAD_DATA"]
-        bad = [message for message in messages if message.get_type() == "BAD_DATA"]
-        self.garbage += len(bad)
-        self.unsigned += sum("signature" in str(message.reason) for message in bad)
-        return good
+        """Messages that are complete with these bytes of a peer; no garbage between them costs one of them."""
+        framer, mav = self._in.setdefault(peer, (Framer(), self._mav(0, 0)))
+        before = framer.dropped
+        messages = list(framer.cut(data, lambda frame: self._check(mav, frame)))
+        self.garbage += framer.dropped - before
+        return messages
 
     def forget(self, peer: object) -> None:
         """Forget the half message a peer has left."""
         self._in.pop(peer, None)
 
+    def _check(self, mav: Any, frame: bytes) -> Mavlink | None:
+        """Message of a whole frame; None if it is none, or not signed as it must be."""
+        try:
+            message = mav.decode(bytearray(frame))
+        except (mavlink.MAVError, struct.error, UnicodeDecodeError) as error:
+            self.unsigned += "signature" in str(error)
+            return None
+        # What is in no dialect cannot be checked: garbage would pass for it, with good messages inside.
+        return message if message.get_msgId() in mavlink.mavlink_map else None
+
     def _mav(self, system: int, component: int) -> Any:
         mav = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
-        mav.robust_parsing = True
         if self._key is not None:
             mav.signing.secret_key = self._key
             mav.signing.sign_outgoing = True

@@ -7,7 +7,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from grex_sim.autopilot.framing import Framer
+from grex_agent.frontseat.framing import Framer
 from grex_sim.autopilot.message import Message
 
 _FLOAT_MAX = 3.4e38

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from grex_agent.frontseat.framing import Framer
 from grex_sim.autopilot.brain import Settings
 from grex_sim.autopilot.codec import Codec
 from grex_sim.autopilot.commands import _HANDLERS as COMMANDS
 from grex_sim.autopilot.core import Autopilot
 from grex_sim.autopilot.family import load_family
-from grex_sim.autopilot.framing import Framer
 from grex_sim.autopilot.hearing import _HANDLERS as HEARD
 from grex_sim.autopilot.message import Message
 

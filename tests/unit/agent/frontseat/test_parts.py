@@ -101,6 +101,18 @@ def test_bytes_there_and_back():
     assert [message.text for message in ours.decode(text[9:], "a")] == ["hello"]
 
 
+def test_garbage_costs_no_message():
+    """Bytes that look like the beginning of a long message cost none of those that come after them."""
+    ours, theirs = Codec(255, 191), Codec(1, 1)
+    sent = [theirs.encode(mavlink.MAVLink_timesync_message(0, k)) for k in range(40)]
+    heard = []
+    for number, data in enumerate(sent):
+        heard += ours.decode(bytes([0xFD, 200, 0, 0, 7, 7]) if number % 4 == 0 else b"")
+        heard += ours.decode(data)
+    heard += ours.decode(b"\0" * 300)
+    assert [message.ts1 for message in heard] == list(range(40))
+
+
 def test_messages_are_numbered():
     """Every message has the next number, and the ids of its sender."""
     codec, reader = Codec(200, 7), Codec(1, 1)
