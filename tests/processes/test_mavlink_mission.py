@@ -12,7 +12,7 @@ from mavlink_teams import Flown, fly_team
 from grex_agent.manoeuvre import ManoeuvreProcessor
 
 #: Minutes of wall time: `pytest -m slow tests/processes`.
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 SCALED = ("mission.legs=2", "mission.leg_length_m=40")
 HOW = {"pace": 6.0, "speed_error": 0.05}
