@@ -35,7 +35,9 @@ class Sea:
             north, east, course = plan.craft[craft].start
             start = north, east, plan.craft[craft].start_depth_m, course
             speed = plan.craft[craft].tracks[0].speed_mps
-            self._vehicles[craft] = Vehicle(craft, config, scenario.sea, start, speed, scenario.clock.tick_s)
+            self._vehicles[craft] = Vehicle(
+                craft, config, scenario.sea, start, speed, scenario.clock.tick_s, scenario.seed
+            )
             self._navigation.append(Navigation(craft, config.navigation, scenario.seed))
         self.truth = self._see()
 
