@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from grex_agent.frontseat.address import check_frontseats
 from grex_agent.mission import TeamPlan, range_min_m
 from grex_agent.modem.micromodem_rates import check_serial_modems
 from grex_link.config import Scenario
@@ -32,6 +33,7 @@ def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile
     state_form(scenario, profile)
     _check_reach(scenario, plan, profile)
     check_serial_modems(scenario)
+    check_frontseats(scenario)
     _check_water(scenario, profile)
 
 

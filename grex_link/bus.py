@@ -178,9 +178,11 @@ class ZenohBus(Session):
     scenario : Scenario
         Names the team, the endpoints and the pace.
     role : str
-        ``agent``, ``link`` or ``sim``.
+        See `grex_link.topics`.
     who : str
-        Its place: the craft's name for an agent, else the role.
+        Its place, see `grex_link.topics.subscriptions`.
+    present : bool
+        Whether it is there at once; else it hears, and is seen by nobody before `announce`.
 
     Attributes
     ----------
@@ -188,7 +190,7 @@ class ZenohBus(Session):
         Messages that did not decode, by key; logged once each, and dropped.
     """
 
-    def __init__(self, scenario: Scenario, role: Role, who: str) -> None:
+    def __init__(self, scenario: Scenario, role: Role, who: str, *, present: bool = True) -> None:
         super().__init__(scenario, router=role == "sim")
         self._team = scenario.team.name
         self._encode = msgspec.msgpack.Encoder().encode
@@ -199,10 +201,16 @@ class ZenohBus(Session):
             for topic, craft in subscriptions(role, who):
                 self.subscribe(key(self._team, topic, craft))
             watched = presence_key(self._team, "*" if role == "sim" else "sim", "*")
-            self.appear(presence_key(self._team, who, fingerprint(scenario)), watched)
+            self._tokens = presence_key(self._team, who, fingerprint(scenario)), watched
+            if present:
+                self.announce()
         except BaseException:
             self.close()
             raise
+
+    def announce(self) -> None:
+        """Let everybody see that this participant is there."""
+        self.appear(*self._tokens)
 
     def put(self, topic: str, craft: str, message: Message) -> None:
         """Write a message to a topic. In lockstep it is never dropped."""

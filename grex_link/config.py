@@ -255,6 +255,35 @@ class SimFrontseat(Config, frozen=True, tag="sim"):
     """The craft is a simulated one."""
 
 
+class MavlinkFrontseat(Config, frozen=True, tag="mavlink"):
+    """The craft is steered by an autopilot that speaks MAVLink; only at the paces of the wall clock."""
+
+    url: Annotated[str, Meta(min_length=1, max_length=200)]
+    """``udpin:host:port``, ``udpout:host:port``, ``tcp:host:port`` or ``serial:/dev/tty…:baud``."""
+    system: Annotated[int, Meta(ge=1, le=255)] | None = None
+    """System id of the autopilot; left out: the first that is heard."""
+    family: Literal["auto", "rover", "sub", "px4"] = "auto"
+    """How it wants its set-points; ``auto``: by its heartbeat."""
+    own_system: Annotated[int, Meta(ge=1, le=255)] = 255
+    own_component: Annotated[int, Meta(ge=1, le=255)] = 191
+    arm: bool = False
+    """Whether the adapter may change the mode and arm; otherwise a person does."""
+    setpoint_rate_hz: Annotated[float, Meta(ge=1.0, le=20.0)] = 5.0
+    setpoint_age_max_s: Positive = 2.0
+    """An agent silent for longer is stale: the craft is handed back to its autopilot, holding."""
+    feed: Literal["none", "gps_input", "vision"] = "none"
+    """Whether the agent's navigation is fed into the autopilot, for a craft without GPS."""
+    signing_key_file: str | None = None
+    """File with the 32 bytes, in hexadecimal, of a MAVLink 2 signing key."""
+
+
+class DatumConfig(Config, frozen=True):
+    """Where on earth the mission frame has its origin (WGS 84)."""
+
+    latitude_deg: Annotated[float, Meta(ge=-85.0, le=85.0)]
+    longitude_deg: Annotated[float, Meta(ge=-180.0, le=180.0)]
+
+
 class EmulatedModem(Config, frozen=True, tag="emulated"):
     """The modem is the emulator."""
 
@@ -293,7 +322,7 @@ class SelfNoiseConfig(Config, frozen=True):
 class CraftConfig(Config, frozen=True):
     """One craft of the team."""
 
-    frontseat: SimFrontseat = SimFrontseat()
+    frontseat: SimFrontseat | MavlinkFrontseat = SimFrontseat()
     modem: EmulatedModem | SerialModem = EmulatedModem()
     clock: CraftClockConfig = CraftClockConfig()
     self_noise: SelfNoiseConfig | None = None
@@ -320,6 +349,8 @@ class Scenario(Config, frozen=True, kw_only=True):
     bus: BusConfig = BusConfig()
     team: TeamConfig = TeamConfig()
     guidance: GuidanceConfig = GuidanceConfig()
+    datum: DatumConfig | None = None
+    """Needed for craft on MAVLink."""
     mission: Lawnmower | Tracks
     link: LinkConfig = LinkConfig()
     sea: SeaConfig = SeaConfig()
@@ -336,3 +367,9 @@ class Scenario(Config, frozen=True, kw_only=True):
     def serial_craft(self) -> list[str]:
         """Craft whose modem is a real one on a serial port: their sound is not in the emulated water."""
         return [craft for craft, config in self.craft.items() if isinstance(config.modem, SerialModem)]
+
+    @property
+    def mavlink_craft(self) -> dict[str, MavlinkFrontseat]:
+        """Craft that are steered by an autopilot: the sea does not move them."""
+        frontseats = {craft: config.frontseat for craft, config in self.craft.items()}
+        return {craft: each for craft, each in frontseats.items() if isinstance(each, MavlinkFrontseat)}

@@ -29,6 +29,8 @@ class Fix(Message, frozen=True):
     sigma_m: float
     """Standard deviation claimed for each horizontal axis."""
     valid: bool = True
+    reason: str = ""
+    """Why it is not valid, for a person."""
     modem_events: int = 0
     """Lockstep: how many modem events the agent must have, counted from the start, before it may act on this."""
 

@@ -8,16 +8,17 @@ from typing import Any, Literal
 
 from grex_link import messages as m
 
-Role = Literal["frontseat", "agent", "modem", "sim", "link"]
+Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link"]
 
 #: Names a craft may not have: they are the places of other participants on the bus.
 RESERVED = frozenset({"sim", "link", "up", "truth"})
 _MODEM = "modem_"
+_FRONTSEAT = "frontseat_"
 
 
 def is_reserved(name: str) -> bool:
     """Whether a craft may not have this name."""
-    return name in RESERVED or name.startswith(_MODEM)
+    return name in RESERVED or name.startswith((_MODEM, _FRONTSEAT))
 
 
 def modem_place(craft: str) -> str:
@@ -25,9 +26,14 @@ def modem_place(craft: str) -> str:
     return _MODEM + craft
 
 
+def frontseat_place(craft: str) -> str:
+    """Place on the bus of what steers a real craft."""
+    return _FRONTSEAT + craft
+
+
 def craft_of(who: str) -> str:
     """Craft that a participant belongs to."""
-    return who.removeprefix(_MODEM)
+    return who.removeprefix(_MODEM).removeprefix(_FRONTSEAT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +76,8 @@ class Topic:
 TOPICS: dict[str, Topic] = {
     topic.name: topic
     for topic in (
-        Topic("fix", "{craft}/fix", m.Fix, ("frontseat", "sim"), ("agent",), "tick", recorded=m.Fix),
+        Topic("fix", "{craft}/fix", m.Fix, ("frontseat", "sim"), ("agent", "sim"), "tick", recorded=m.Fix),
+        Topic("nav", "{craft}/nav", m.Fix, ("navigation",), ("frontseat",), "event", recorded=None),
         Topic("setpoint", "{craft}/setpoint", m.Setpoint, ("agent",), ("frontseat", "sim"), "tick",
               recorded=m.Setpoint),
         Topic("modem_tx", "{craft}/modem/tx", m.Request, ("agent",), ("modem", "link", "sim"), "event",
@@ -82,7 +89,8 @@ TOPICS: dict[str, Topic] = {
         Topic("port", "{craft}/port", m.PortLedger, ("agent",), ("sim",), "event",
               recorded=m.PortLedger),
         Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=None, flush=False),
-        Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "modem", "link"), "event", recorded=None),
+        Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "frontseat", "modem", "link"), "event",
+              recorded=None),
         Topic("truth", "truth", m.Truth, ("sim",), ("link",), "tick", recorded=m.Truth),
         Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=None),
         Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=None),
@@ -110,14 +118,15 @@ def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
     Parameters
     ----------
     role : str
-        ``agent``, ``modem``, ``link`` or ``sim``.
+        ``agent``, ``frontseat``, ``modem``, ``link`` or ``sim``.
     who : str
-        Its place on the bus: the craft's name for an agent, `modem_place` for a modem's driver, else the role.
+        Its place on the bus: the craft's name for an agent, `frontseat_place` for a frontseat, `modem_place` for a
+        modem's driver, else the role.
     """
     pairs = []
     for topic in TOPICS.values():
         if role in topic.readers:
             # What is aboard reads its own craft's keys; the clock is everyone's own; the bench reads all craft's keys.
-            craft = who if topic.name == "clock" else craft_of(who) if role in {"agent", "modem"} else "*"
+            craft = who if topic.name == "clock" else craft_of(who) if role in {"agent", "frontseat", "modem"} else "*"
             pairs.append((topic.name, craft if topic.per_craft else ""))
     return pairs

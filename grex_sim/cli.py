@@ -10,10 +10,12 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from grex_agent.__main__ import agent
+from grex_agent.frontseat.__main__ import frontseat
 from grex_agent.modem.__main__ import modem
 from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
+from grex_sim.autopilot.__main__ import autopilot
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -256,6 +258,8 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "example": example,
     "agent": agent,
     "modem": modem,
+    "frontseat": frontseat,
+    "autopilot": autopilot,
     "link": link,
     # A name of two words, as which `_join` passes `grex link stats`: `grex link` itself takes a scenario.
     LINK_STATS: link_stats,

@@ -8,10 +8,10 @@ from grex_agent.team.interface import needs_oracle
 from grex_link import clock
 from grex_link.config import Scenario
 from grex_link.errors import BusError, FaultError
-from grex_link.messages import Clock, LinkReport, Presence
+from grex_link.messages import Clock, Fix, LinkReport, Presence
 from grex_link.node import Outlet
 from grex_link.scenario import fingerprint
-from grex_link.topics import craft_of, modem_place
+from grex_link.topics import craft_of, frontseat_place, modem_place
 from grex_link.units import NS, tick_ns
 from grex_sim.logbook import Logbook
 from grex_sim.sea import Sea
@@ -46,7 +46,8 @@ class Hub:
         self._outlet = outlet
         self._team = list(scenario.craft)
         modems = [modem_place(craft) for craft in scenario.serial_craft]
-        self._everybody = [*self._team, *modems, "link"]
+        frontseats = [frontseat_place(craft) for craft in scenario.mavlink_craft]
+        self._everybody = [*self._team, *modems, *frontseats, "link"]
         self._fingerprint = fingerprint(scenario)
         self._present: set[str] = set()
         self._config = scenario.clock
@@ -54,6 +55,7 @@ class Hub:
         self._last_tick = max(1, round((scenario.duration_s or plan.duration_s) / scenario.clock.tick_s))
         self._oracle = needs_oracle(scenario)
         self._sea = Sea(scenario, plan)
+        self._simulated = self._sea.simulated
         self._logbook = logbook
         self._progress = progress
         self._progress_at = 0.0
@@ -91,6 +93,10 @@ class Hub:
                 self._on_report(message)
         elif topic == "ledger":
             self._logbook.message(topic, craft, message)
+        elif topic == "fix":
+            # Those of the simulated craft come from here.
+            if craft in self._sea.external:
+                self._on_external_fix(craft, message)
         elif craft in self._team:
             self._logbook.message(topic, craft, message)
             if topic == "setpoint" and not self.done:
@@ -107,7 +113,7 @@ class Hub:
         if self.started:
             self._on_time()
         elif clock.monotonic_s() >= self._start_by:
-            missing = ", ".join(sorted(set(self._everybody) - self._present))
+            missing = ", ".join(sorted(self._name(who) for who in set(self._everybody) - self._present))
             raise BusError(f"not everybody is on the bus after {self._config.start_timeout_s:g} s; missing: {missing}")
 
     def in_idle_time(self) -> bool:
@@ -139,10 +145,15 @@ class Hub:
 
     def _publish_fixes(self, modem_events: list[int]) -> None:
         truth = self._sea.truth
-        for craft, fix in zip(self._team, self._sea.fixes(modem_events), strict=True):
-            if self._oracle:
-                self._outlet.put("oracle", craft, truth)
+        for craft in self._team if self._oracle else ():
+            self._outlet.put("oracle", craft, truth)
+        for craft, fix in zip(self._simulated, self._sea.fixes(modem_events), strict=True):
             self._outlet.put("fix", craft, fix)
+            self._logbook.message("fix", craft, fix)
+
+    def _on_external_fix(self, craft: str, fix: Fix) -> None:
+        self._sea.external[craft].on_fix(fix, fix.tick * self._tick_ns)
+        if not self.done:
             self._logbook.message("fix", craft, fix)
 
     def _write_and_tell(self) -> None:
@@ -176,4 +187,5 @@ class Hub:
         if who == "link":
             return "link"
         craft = craft_of(who)
-        return f"agent {craft}" if craft == who else f"modem {craft}"
+        role = "agent" if craft == who else "modem" if who == modem_place(craft) else "frontseat"
+        return f"{role} {craft}"

@@ -1,4 +1,8 @@
-"""Launches a run as processes – agents, modem drivers, link, simulator – watches them, and leaves none behind."""
+"""Launches a run as processes, watches them, and leaves none behind.
+
+They are the simulator, the link, and for each craft an agent; also a frontseat for each craft on MAVLink, and a driver
+for each modem on a serial port.
+"""
 
 import json
 import os
@@ -21,6 +25,8 @@ from grex_sim.hub import Progress
 from grex_sim.summary import Summary
 
 _GRACE_S = 1.5
+#: A frontseat hands its craft back, and waits for the autopilot to say so.
+_HAND_BACK_S = 3.0
 _CAUSE_S = 2.0
 
 
@@ -45,6 +51,7 @@ class Launch:
         # It speaks at every tick, or names those it waits for after one of these times.
         clock = scenario.clock
         self._silence_s = _CAUSE_S + max(clock.start_timeout_s, clock.barrier_timeout_s, clock.tick_s / clock.factor)
+        self._grace_s = _HAND_BACK_S if scenario.mavlink_craft else _GRACE_S
         self._started: dict[str, subprocess.Popen[str]] = {}
         if not scenario.bus.endpoints:
             arguments = [*arguments, "--set", f'bus.endpoints=["tcp/127.0.0.1:{free_port()}"]']
@@ -52,6 +59,10 @@ class Launch:
             "sim": ["grex_sim", "sim", *arguments, "--out", str(out), "--json"],
             "link": ["grex_link", *arguments],
             **{f"agent {craft}": ["grex_agent", *arguments, "--craft", craft] for craft in scenario.craft},
+            **{
+                f"frontseat {craft}": ["grex_agent.frontseat", *arguments, "--craft", craft]
+                for craft in scenario.mavlink_craft
+            },
             **{f"modem {craft}": ["grex_agent.modem", *arguments, "--craft", craft] for craft in scenario.serial_craft},
         }
 
@@ -163,7 +174,7 @@ class Launch:
         alive = [process for process in self._started.values() if process.poll() is None]
         for process in alive:
             process.terminate()
-        deadline = time.monotonic() + _GRACE_S
+        deadline = time.monotonic() + self._grace_s
         for process in alive:
             try:
                 process.wait(max(0.0, deadline - time.monotonic()))

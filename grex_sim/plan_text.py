@@ -43,6 +43,7 @@ def plan_text(scenario: Scenario, plan: TeamPlan) -> str:
         scenario.title,
         "\n".join(_head(scenario, plan)),
         "\n".join(_starts(plan)),
+        "\n".join(_autopilots(scenario)),
         "\n".join(_tracks(plan)),
         "\n".join(link.access()),
         "\n".join(link.message()),
@@ -117,6 +118,22 @@ def _starts(plan: TeamPlan) -> Iterator[str]:
         rows.append((craft, f"{north:z.1f}", f"{east:z.1f}", f"{craft_plan.start_depth_m:z.1f}", degrees))
     yield "Starts"
     yield from table(("craft", "north m", "east m", "depth m", "course °"), rows, left=1)
+
+
+def _autopilots(scenario: Scenario) -> Iterator[str]:
+    """Say what is different for craft on MAVLink."""
+    if not scenario.mavlink_craft or scenario.datum is None:
+        return
+    datum = scenario.datum
+    yield "Autopilots (MAVLink)"
+    rows = []
+    for craft, config in scenario.mavlink_craft.items():
+        takes = "the adapter sets the mode and arms" if config.arm else "a person sets the mode and arms"
+        rows.append((craft, config.url, "any" if config.system is None else str(config.system), takes))
+    yield from table(("craft", "address", "system", "before the mission"), rows, left=4)
+    yield f"North 0, east 0 is {datum.latitude_deg:.6f}°, {datum.longitude_deg:.6f}°."
+    yield "The mission starts when every position is valid. From where they are then these craft go to their first"
+    yield "track, by their guidance; they should be near the starts above."
 
 
 def _tracks(plan: TeamPlan) -> Iterator[str]:

@@ -46,6 +46,10 @@ def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress
         raise ConfigError(
             f"$.craft.{craft}.modem.type", "a serial modem needs its own process: run without --in-process"
         )
+    for craft in scenario.mavlink_craft:
+        raise ConfigError(
+            f"$.craft.{craft}.frontseat.type", "a craft on MAVLink needs its own process: run without --in-process"
+        )
     bus = MemoryBus()
 
     def play(hub: Hub) -> None:

@@ -1,4 +1,4 @@
-"""The sea: all simulated craft of a scenario, moved tick by tick."""
+"""The sea: all simulated craft of a scenario, moved tick by tick; craft on MAVLink only say where they are."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,14 +7,15 @@ import msgspec
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
 from grex_link.craft_clock import TeamClocks
-from grex_link.messages import Fix, Setpoint, Truth
+from grex_link.messages import Fix, Pose, Setpoint, Truth
 from grex_link.units import tick_ns
+from grex_sim.external import External
 from grex_sim.navigation import Navigation
 from grex_sim.vehicle import Vehicle
 
 
 class Sea:
-    """Simulated craft that start where their plan starts, on its course and at its speed.
+    """Simulated craft that start where their plan starts, on its course and at its speed, and craft on MAVLink.
 
     Parameters
     ----------
@@ -27,18 +28,24 @@ class Sea:
     def __init__(self, scenario: Scenario, plan: TeamPlan) -> None:
         self._tick_ns = tick_ns(scenario.clock.tick_s)
         self.tick = 0
+        self._team = list(scenario.craft)
         self._vehicles: dict[str, Vehicle] = {}
-        self._navigation: list[Navigation] = []
+        self._navigation: dict[str, Navigation] = {}
+        self.external: dict[str, External] = {}
+        """Craft on MAVLink: their fixes are all that is known of them, and the best."""
         self._clocks = TeamClocks(scenario)
         self._all_right = all(clock.right for clock in self._clocks.craft.values())
         for craft, config in scenario.craft.items():
             north, east, course = plan.craft[craft].start
             start = north, east, plan.craft[craft].start_depth_m, course
+            if craft in scenario.mavlink_craft:
+                self.external[craft] = External(craft, start)
+                continue
             speed = plan.craft[craft].tracks[0].speed_mps
             self._vehicles[craft] = Vehicle(
                 craft, config, scenario.sea, start, speed, scenario.clock.tick_s, scenario.seed
             )
-            self._navigation.append(Navigation(craft, config.navigation, scenario.seed))
+            self._navigation[craft] = Navigation(craft, config.navigation, scenario.seed)
         self.truth = self._see()
 
     def advance(self, setpoints: Mapping[str, Setpoint]) -> None:
@@ -49,7 +56,7 @@ class Sea:
         self.truth = self._see()
 
     def fixes(self, modem_events: Sequence[int]) -> list[Fix]:
-        """Fix everybody's position now, at a time by its own clock.
+        """Fix the position of every simulated craft now, in the order of `simulated`, at a time by its own clock.
 
         Parameters
         ----------
@@ -58,16 +65,22 @@ class Sea:
         """
         truth = self.truth
         fixes = [
-            navigation.fix(pose, truth.tick, truth.t_ns, count)
-            for navigation, pose, count in zip(self._navigation, truth.poses, modem_events, strict=True)
+            self._navigation[pose.craft].fix(pose, truth.tick, truth.t_ns, count)
+            for pose, count in zip(truth.poses, modem_events, strict=True)
+            if pose.craft in self._navigation
         ]
         if self._all_right:
             return fixes
-        clocks = self._clocks.craft.values()
+        clocks = [self._clocks.craft[craft] for craft in self._navigation]
         return [
             msgspec.structs.replace(fix, t_ns=clock.local_ns(truth.t_ns))
             for fix, clock in zip(fixes, clocks, strict=True)
         ]
+
+    @property
+    def simulated(self) -> list[str]:
+        """Craft that the sea moves, in the order of the team."""
+        return list(self._vehicles)
 
     @property
     def adrift(self) -> list[str]:
@@ -75,6 +88,11 @@ class Sea:
         return [craft for craft, vehicle in self._vehicles.items() if not vehicle.holdable]
 
     def _see(self) -> Truth:
-        truth = Truth(self.tick, self.tick * self._tick_ns, [vehicle.pose for vehicle in self._vehicles.values()])
+        t_ns = self.tick * self._tick_ns
+        truth = Truth(self.tick, t_ns, [self._pose(craft, t_ns) for craft in self._team])
         self._clocks.see(truth)
         return truth
+
+    def _pose(self, craft: str, t_ns: int) -> Pose:
+        vehicle = self._vehicles.get(craft)
+        return self.external[craft].pose(t_ns) if vehicle is None else vehicle.pose

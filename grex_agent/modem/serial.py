@@ -59,13 +59,14 @@ class SerialPort:
         For instance ``/dev/ttyUSB0``.
     baud : int
         Bits a second.
+    rts : bool
+        Whether RTS is up. A Micro-Modem 2 garbles what it says while it is.
     """
 
-    def __init__(self, device: str, baud: int) -> None:
+    def __init__(self, device: str, baud: int, *, rts: bool = False) -> None:
         self._serial = serial.Serial(None, baud, timeout=0, write_timeout=0, exclusive=True)
         self._serial.port = device
-        # A Micro-Modem 2 garbles what it says while RTS is up.
-        self._serial.rts = False
+        self._serial.rts = rts
 
     def open(self) -> None:
         """Open it for this process alone."""

@@ -82,7 +82,7 @@ def test_missing_participants_are_named():
     to_start = commands(endpoint, "clock.start_timeout_s=4")
     results = end({who: start(to_start[who]) for who in ("sim", "link", "auv1")})
     assert results["sim"][0] == 1
-    assert results["sim"][2] == "grex: not everybody is on the bus after 4 s; missing: auv2, auv3\n"
+    assert results["sim"][2] == "grex: not everybody is on the bus after 4 s; missing: agent auv2, agent auv3\n"
     # Those who were there are told why it is over.
     for who in ("link", "auv1"):
         assert results[who][0] == 1

@@ -54,7 +54,8 @@ def everybody(bus, make) -> dict[str, Participant]:
 
 #: Who gets a message of each topic that is put for auv2 (or for nobody in particular).
 READERS = {
-    "fix": {"auv2"},
+    "fix": {"auv2", "sim"},
+    "nav": set(),
     "setpoint": {"sim"},
     "modem_tx": {"link", "sim"},
     "modem_rx": {"auv2", "sim"},

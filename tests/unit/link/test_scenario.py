@@ -286,7 +286,7 @@ def changed(document, path, value):
         return None
 
 
-WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable"]
+WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable", "rover", "vision"]
 
 
 def test_fingerprint_changes_with_any_value(text: str) -> None:
@@ -308,6 +308,8 @@ def test_fingerprint_changes_with_any_value(text: str) -> None:
         "team.own_filter={speed_sigma_mps=0.02}",
         "craft.auv3.modem={type='serial', port='/dev/ttyS0'}",
         "sea.known_current_ned_mps=[0, 0, 0]",
+        "datum={latitude_deg=54.0, longitude_deg=10.0}",
+        "craft.auv2.frontseat={type='mavlink', url='tcp:h:1', system=3, own_system=7, signing_key_file='key'}",
     ]
     scenario = loads(text, [slot, *more, "bus.endpoints=['tcp/h:1']"])
     document = msgspec.json.decode(msgspec.json.encode(scenario))

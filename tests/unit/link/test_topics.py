@@ -6,7 +6,16 @@ import pytest
 import zenoh
 
 from grex_link import messages
-from grex_link.topics import RESERVED, TOPICS, is_reserved, key, modem_place, presence_key, subscriptions
+from grex_link.topics import (
+    RESERVED,
+    TOPICS,
+    frontseat_place,
+    is_reserved,
+    key,
+    modem_place,
+    presence_key,
+    subscriptions,
+)
 
 TEAM = ["auv1", "auv2", "auv3"]
 ROWS = list(TOPICS.values())
@@ -33,9 +42,10 @@ def test_no_agent_reads_anothers_keys_or_the_truth(who: str) -> None:
 
 
 def test_four_keys_are_the_hardware_boundary() -> None:
-    """Between a craft's hardware and its agent there are four keys, besides the clock of the bench."""
+    """Between a craft's hardware and its agent there are four keys; bench clock and hardware to hardware aside."""
     hardware = {"frontseat", "modem"}
-    boundary = {row.key for row in ROWS if hardware & {*row.writers, *row.readers} and row.name != "clock"}
+    ours = [row for row in ROWS if {"agent", "link", *hardware} & {*row.writers} and row.name != "clock"]
+    boundary = {row.key for row in ours if hardware & {*row.writers, *row.readers}}
     assert boundary == {"{craft}/fix", "{craft}/setpoint", "{craft}/modem/tx", "{craft}/modem/rx"}
 
 
@@ -45,6 +55,13 @@ def test_a_modem_driver_reads_its_craft_and_the_clock() -> None:
     assert is_reserved(modem_place("auv2"))
 
 
+def test_a_frontseat_reads_its_craft_and_the_clock() -> None:
+    """What steers a real craft hears its agent, what navigates it and its own clock, and no craft has its name."""
+    below = {"auv2/setpoint", "auv2/nav", "frontseat_auv2/clock"}
+    assert keys_read("frontseat", frontseat_place("auv2")) == {"grex/grex/" + name for name in below}
+    assert is_reserved(frontseat_place("auv2"))
+
+
 def test_the_link_reads_all_transmissions_and_the_truth() -> None:
     """The water hears every craft's modem, and is told where all are."""
     expected = {"*/modem/tx", "link/clock", "truth", "link/advance"}
@@ -52,8 +69,8 @@ def test_the_link_reads_all_transmissions_and_the_truth() -> None:
 
 
 def test_the_simulator_reads_all_craft() -> None:
-    """The bench hears every craft's outputs, the link's reports and its ledger."""
-    expected = {"*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "*/port", "link/report", "link/ledger"}
+    """The bench hears every craft's outputs, where real craft are, the link's reports and its ledger."""
+    expected = {"*/fix", "*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "*/port", "link/report", "link/ledger"}
     assert keys_read("sim", "sim") == {"grex/grex/" + below for below in expected}
 
 

@@ -1,0 +1,1 @@
+"""What steers a real craft: an autopilot behind MAVLink takes the place of the simulated vehicle."""

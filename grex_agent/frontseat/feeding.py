@@ -1,0 +1,119 @@
+"""Feeds positions into an autopilot that has no GPS: a craft under water that is told where it is by sound.
+
+They come on the bus, as fixes in the mission frame on ``{craft}/nav``, from whatever process navigates the craft.
+"""
+
+import math
+from typing import Literal
+
+from grex_agent.frontseat.dialect import Mavlink, mavlink
+from grex_agent.frontseat.geodesy import to_degrees, to_mission
+from grex_link.config import DatumConfig
+from grex_link.messages import Fix
+from grex_link.units import NS
+
+RATE_HZ = 5.0
+#: A fix older than this is not fed any more: the autopilot must know that there is none.
+_AGE_MAX_S = 4.0
+_GPS_EPOCH_S = 315_964_800
+_WEEK_S = 604_800
+#: GPS is ahead of UTC by the leap seconds since 1980.
+_LEAP_S = 18
+_NO_ALTITUDE_OR_VERTICAL = (
+    mavlink.GPS_INPUT_IGNORE_FLAG_ALT
+    | mavlink.GPS_INPUT_IGNORE_FLAG_VEL_HORIZ
+    | mavlink.GPS_INPUT_IGNORE_FLAG_VEL_VERT
+    | mavlink.GPS_INPUT_IGNORE_FLAG_SPEED_ACCURACY
+    | mavlink.GPS_INPUT_IGNORE_FLAG_VERTICAL_ACCURACY
+)
+
+
+class Feeder:
+    """Turns fixes into GPS_INPUT or VISION_POSITION_ESTIMATE.
+
+    Parameters
+    ----------
+    kind : str
+        ``gps_input`` or ``vision``.
+    datum : DatumConfig
+        Origin of the mission frame.
+    unix_offset_ns : int
+        Wall time minus the time that is given to `due`.
+    """
+
+    def __init__(self, kind: Literal["gps_input", "vision"], datum: DatumConfig, unix_offset_ns: int) -> None:
+        self._kind = kind
+        self._datum = datum
+        self._unix_offset_ns = unix_offset_ns
+        self._fix: Fix | None = None
+        self._fix_s = 0.0
+        self._origin: DatumConfig | None = None
+
+    def on_fix(self, fix: Fix, now_s: float) -> None:
+        """Take a position; one that is not valid ends the feeding."""
+        numbers = fix.north_m + fix.east_m + fix.down_m + fix.heading_rad + fix.speed_mps + fix.sigma_m
+        self._fix = fix if fix.valid and math.isfinite(numbers) else None
+        self._fix_s = now_s
+
+    def on_origin(self, message: Mavlink) -> None:
+        """Take GPS_GLOBAL_ORIGIN: vision is told about the autopilot's own origin."""
+        if message.latitude or message.longitude:
+            self._origin = DatumConfig(message.latitude / 1e7, message.longitude / 1e7)
+
+    @property
+    def needs_origin(self) -> bool:
+        """Whether the autopilot has to be asked for its origin, or given one."""
+        return self._kind == "vision" and self._origin is None
+
+    def origin(self, system: int) -> Mavlink:
+        """Message that gives the autopilot the datum as its origin; it is ignored when there is one."""
+        return mavlink.MAVLink_set_gps_global_origin_message(
+            system, round(self._datum.latitude_deg * 1e7), round(self._datum.longitude_deg * 1e7), 0
+        )
+
+    def due(self, now_s: float, rate: float) -> Mavlink | None:
+        """Return the message for now, carried on by the fix's speed and heading; None without a fresh fix."""
+        fix = self._fix
+        age_s = (now_s - self._fix_s) * rate
+        if fix is None or age_s > _AGE_MAX_S or (self._kind == "vision" and self._origin is None):
+            return None
+        north_m = fix.north_m + age_s * fix.speed_mps * math.cos(fix.heading_rad)
+        east_m = fix.east_m + age_s * fix.speed_mps * math.sin(fix.heading_rad)
+        unix_ns = self._unix_offset_ns + round(now_s * NS)
+        if self._kind == "vision":
+            return self._vision(fix, north_m, east_m, unix_ns)
+        return self._gps_input(fix, north_m, east_m, unix_ns)
+
+    def _vision(self, fix: Fix, north_m: float, east_m: float, unix_ns: int) -> Mavlink:
+        assert self._origin is not None  # noqa: S101 - `due` has looked
+        x, y = to_mission(self._origin, *to_degrees(self._datum, north_m, east_m))
+        variance = fix.sigma_m**2
+        covariance = [math.nan] * 21
+        # The upper triangle, row by row: x, y, z, roll, pitch, yaw.
+        covariance[0] = covariance[6] = covariance[11] = variance
+        return mavlink.MAVLink_vision_position_estimate_message(
+            unix_ns // 1000, x, y, fix.down_m, 0.0, 0.0, fix.heading_rad, covariance, 0
+        )
+
+    def _gps_input(self, fix: Fix, north_m: float, east_m: float, unix_ns: int) -> Mavlink:
+        latitude, longitude = to_degrees(self._datum, north_m, east_m)
+        gps_ms = unix_ns // 1_000_000 - (_GPS_EPOCH_S - _LEAP_S) * 1000
+        week, week_ms = divmod(gps_ms, _WEEK_S * 1000)
+        return mavlink.MAVLink_gps_input_message(
+            unix_ns // 1000,
+            0,
+            _NO_ALTITUDE_OR_VERTICAL,
+            week_ms,
+            week,
+            mavlink.GPS_FIX_TYPE_3D_FIX,
+            round(latitude * 1e7),
+            round(longitude * 1e7),
+            0.0,
+            1.0,
+            1.0,
+            *(0.0, 0.0, 0.0),
+            0.0,
+            max(fix.sigma_m, 0.1),
+            0.0,
+            10,
+        )

@@ -1,0 +1,108 @@
+"""PX4 v1.17 on its own Ackermann rover, as measured; what happens without satellites is assumed."""
+
+from grex_link.config import Loop, VehicleConfig
+from grex_sim.autopilot.family import BootTimes, Family, GcsRules, LossTimes, Mode, SetpointRules
+from grex_sim.autopilot.message import Frame, Result
+
+_STREAMS = "SYS_STATUS GPS_RAW_INT VFR_HUD SYSTEM_TIME ESTIMATOR_STATUS BATTERY_STATUS EXTENDED_SYS_STATE HOME_POSITION"
+
+FAMILY = Family(
+    name="px4",
+    vehicle_type=10,
+    autopilot=12,
+    version=(1, 17, 0),
+    modes=(
+        Mode("MANUAL", 0x010000, "manual"),
+        Mode("POSCTL", 0x030000, "point", needs_position=True),
+        Mode("OFFBOARD", 0x060000, "guided"),
+        Mode("LOITER", 0x03040000, "point", needs_position=True),
+        Mode("MISSION", 0x04040000, "point", needs_position=True),
+        Mode("RTL", 0x05040000, "home", needs_position=True),
+    ),
+    first_mode="LOITER",
+    boot_mode="LOITER",
+    guided="OFFBOARD",
+    hold="POSCTL",
+    point="LOITER",
+    boot=BootTimes(
+        console_lines=0,
+        heartbeat_s=1.4,
+        settled_s=1.4,
+        position_s=3.0,
+        before="zero",
+        clock_s=3.0,
+        arm_s=3.0,
+        ready_s=3.0,
+    ),
+    loss=LossTimes(
+        fix_s=1.0,
+        aiding_s=5.0,
+        lie="runs_on",
+        lie_s=10.0,
+        text="",
+        failsafe_s=6.0,
+        failsafe_mode="MANUAL",
+    ),
+    setpoints=SetpointRules(
+        velocity_mask=0,
+        acceleration_ignored=False,
+        frames=(Frame.LOCAL_NED, Frame.BODY_NED),
+        fatal_frames=(Frame.LOCAL_OFFSET_NED,),
+        yaw="ignored",
+        attitude="stop",
+        timeout_s=1.0,
+        on_timeout="leave",
+        positions_streamed=True,
+    ),
+    gcs=GcsRules(
+        enable="NAV_DLL_ACT",
+        actions=((1, "LOITER"), (2, "RTL")),
+        timeout="COM_DL_LOSS_T",
+        extra_s=0.0,
+        lost_text="",
+        back_text="",
+    ),
+    parameters=(
+        ("MAV_SYS_ID", "i32", 1),
+        ("MAV_COMP_ID", "i32", 1),
+        ("MAV_TYPE", "i32", 10),
+        ("SYS_AUTOSTART", "i32", 50000),
+        ("COM_OF_LOSS_T", "f32", 1.0),
+        ("COM_OBL_RC_ACT", "i32", 0),
+        ("COM_DL_LOSS_T", "i32", 10),
+        ("COM_RC_IN_MODE", "i32", 1),
+        ("NAV_DLL_ACT", "i32", 0),
+        ("NAV_RCL_ACT", "i32", 2),
+        ("EKF2_EV_CTRL", "i32", 0),
+        ("EKF2_GPS_CTRL", "i32", 7),
+        ("SIM_GPS_USED", "i32", 10),
+        ("RO_SPEED_LIM", "f32", 3.0),
+        ("RO_YAW_RATE_LIM", "f32", 90.0),
+    ),
+    bytewise=True,
+    streams=dict.fromkeys(_STREAMS.split(), 1.0)
+    | {"ATTITUDE": 99.0, "GLOBAL_POSITION_INT": 49.0, "LOCAL_POSITION_NED": 30.0},
+    rate_max_hz=None,
+    unknown_interval=Result.FAILED,
+    ack_s=(0.001, 0.008),
+    timesync_s=0.0004,
+    timesync_asks_hz=10.0,
+    reject_event=True,
+    own_mode_encoding=True,
+    reposition_long=True,
+    origin_moves=True,
+    gps_parameter="SIM_GPS_USED",
+    gps_good=10,
+    external_fix=(("EKF2_EV_CTRL", 1),),
+    external_messages=("VISION_POSITION_ESTIMATE",),
+    # In lockstep with its own simulator it lost nearly one part in a hundred.
+    clock_ppm=-9470.0,
+    vehicle=VehicleConfig(
+        heading=Loop(lag_s=0.8, min=-1e9, max=1e9, rate_max=0.9),
+        surge=Loop(lag_s=0.8, min=0.0, max=2.6, rate_max=1.2),
+    ),
+    speed_parameters=("RO_SPEED_LIM",),
+    speed_full_mps=2.6,
+    # Asked for 2 m/s it made 1.8 to 2.6.
+    wobble=(1.1, 0.2, 20.0),
+)
