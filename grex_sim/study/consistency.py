@@ -25,7 +25,7 @@ from grex_sim.study.plants import Plant, Told, build_plant
 
 #: Runs for each seed of a study.
 RUNS = 5
-_LENGTH_M = 1000.0
+_LENGTH_M = 400.0
 _CYCLE_S, _AIRTIME_S = 30, 10
 _SETTLED_S = 240
 _OWN = "own_filter"
@@ -40,15 +40,18 @@ class Consistency(NamedTuple):
         As in ``team.estimator``, or ``own_filter``.
     loss : float
         Share of messages lost, or of fixes.
+    gain_mps : float
+        K of eq. (2), m/s.
     """
 
     estimator: str
     loss: float
+    gain_mps: float = 0.8
 
     def check(self) -> None:
         """Find a fault before anything runs."""
         if self.estimator != _OWN:
-            _scenario(self.estimator)
+            _scenario(self)
 
     def run(self, seed: int) -> float:
         """Mean over the runs of a seed; each has draws of its own."""
@@ -95,15 +98,16 @@ class Aboard:
         return wire.unpack(wire.pack(state, "full"), float(now))
 
 
-def _scenario(estimator: str) -> Scenario:
+def _scenario(job: Consistency) -> Scenario:
     formation = {"auv1": [0.0, 0.0, 0.0], "auv2": [0.0, 20.0, 0.0]}
     mission = {"type": "lawnmower", "formation_m": formation, "legs": 1, "leg_length_m": _LENGTH_M}
-    return decode({"mission": mission, "craft": {craft: {} for craft in formation}, "team": {"estimator": estimator}})
+    team = {"estimator": job.estimator, "gain_mps": job.gain_mps}
+    return decode({"mission": mission, "craft": {craft: {} for craft in formation}, "team": team})
 
 
-def team_of_two(estimator: str, seed: int) -> list[Aboard]:
-    """Put an estimator aboard two craft that move as it thinks."""
-    scenario = _scenario(estimator)
+def team_of_two(job: Consistency, seed: int) -> list[Aboard]:
+    """Put the estimator aboard two craft that move as it thinks."""
+    scenario = _scenario(job)
     plan, law = plan_mission(scenario), load_controller(scenario.team)
     return [
         Aboard(TeamContext(craft, plan, scenario, law), build_plant(scenario, plan.craft[craft], law, (seed, craft)))
@@ -130,7 +134,7 @@ def sail(team: list[Aboard], loss: float, seed: int, seconds: int) -> Iterator[i
 def _sample(job: Consistency, run: int) -> float:
     """Squared error over variance claimed, of what craft 1 believes of craft 2."""
     seconds = _SETTLED_S + int(_CYCLE_S * draws.uniform(run, "study end"))
-    team = team_of_two(job.estimator, run)
+    team = team_of_two(job, run)
     for _ in sail(team, job.loss, run, seconds):
         pass
     observer, mate = team

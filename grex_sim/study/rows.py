@@ -92,6 +92,10 @@ def _consistency() -> Iterator[Row]:
             of = "fixes" if estimator == "own_filter" else "messages"
             about = f"NEES of {estimator}, errors drawn as it models them, {100 * loss:.0f} % of {of} lost"
             yield Row(f"nees_{estimator}_loss{100 * loss:.0f}", about, nees(Consistency(estimator, loss)), InBand(RUNS))
+    for estimator in ("second_level", "along_track_first", "along_track"):
+        for loss in (0.0, 0.5):
+            about = f"NEES of {estimator} at K 8, {100 * loss:.0f} % of messages lost"
+            yield Row(f"nees_{estimator}_stiff_loss{100 * loss:.0f}", about, nees(Consistency(estimator, loss, 8.0)))
 
 
 ROWS = (*_estimators(), *_conditions(), *_modem(), *_consistency())
