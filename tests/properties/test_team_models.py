@@ -105,6 +105,29 @@ def test_late_is_as_if_in_time(model, data):
     assert_same(late, alone([(report, round(report.state.t_s)) for report, _ in made]))
 
 
+@pytest.mark.parametrize("model", MODELS)
+@settings(max_examples=25)
+@given(st.data())
+def test_without_delay_it_is_the_plain_filter(model, data):
+    """Messages that come at once, none lost, give what a filter without any history gives: predict, update, predict."""
+    pair = {craft: TEAM[craft] for craft in ("auv1", "auv2")}
+    heard = {report.state.t_s: report.state for report, _ in data.draw(reports()) if report.craft == "auv2"}
+    made = context(model, "auv1", pair)
+    team, plain = load_estimator(made), load_estimator(made).model(made, made.plan.craft["auv2"])
+    state, driven = plain.start(), ()
+    for now in range(1, END + 1):
+        own = Own(now, 0.0, now / 30.5 + 0.05 * math.sin(now))
+        said_now = [Report("auv2", heard[now])] if now in heard else []
+        (belief,) = team.step(float(now), own, [], said_now)
+        state = plain.predict(state, driven, 1.0)
+        if now in heard:
+            state = plain.update(state, heard[now])
+        driven = (own.progress,)
+    north, east, sigma = plain.position(state)
+    believed = belief.north_m, belief.east_m, belief.sigma_m, belief.progress
+    assert believed == pytest.approx((north, east, sigma, plain.progress(state)), abs=1e-9)
+
+
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_the_order_of_the_team_is_no_matter(estimator):
     """A team that is named in another order believes the same of each."""
@@ -126,7 +149,7 @@ def test_an_hour_of_silence(estimator):
     """A mate silent for an hour is believed in with growing sigma, and hears itself where it is on return: no jump."""
     team = aboard(estimator, "auv1", TEAM, leg_length_m=5000.0, legs=1)
     planned = 5000.0
-    sigmas = []
+    sigmas, north_m = [], TEAM["auv2"][0]
     for now in range(1, 3802):
         heard = []
         if now in {100, 3700}:
@@ -142,7 +165,9 @@ def test_an_hour_of_silence(estimator):
         mate, _ = team.step(float(now), Own(now, 0.0, now / planned), [], heard)
         if 110 <= now < 3700 and now % 300 == 0:
             sigmas.append(mate.sigma_m)
-        assert math.isfinite(mate.north_m)
+        # The last position stands still until there is another; all others glide, whatever comes and however late.
+        assert estimator == "hold_last" or abs(mate.north_m - north_m) < 2.0
+        north_m = mate.north_m
         assert mate.sigma_m > 0.0
     assert sigmas == sorted(sigmas)
     # The control law brings a mate back: its uncertainty may level off, and is greater than just after a message.
