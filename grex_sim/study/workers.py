@@ -101,7 +101,7 @@ def _pool() -> Iterator[ProcessPoolExecutor]:
 
 def _begin(launcher: int) -> None:
     """Make a process step back for others, look for little garbage, and end with the one that started it."""
-    os.nice(_NICE)
+    os.nice(max(0, _NICE - os.nice(0)))
     os.environ[LAUNCHER_VARIABLE] = str(launcher)
     die_with_launcher()
     collect_rarely()
