@@ -100,6 +100,11 @@ def mean_age(flight: Flight) -> Figure:
     return Figure((flight,), _mean_age)
 
 
+def worst_place_error(flight: Flight, craft: Sequence[str]) -> Figure:
+    """Take the position error of the worst of some craft, root mean square over a mission, metres."""
+    return Figure((flight,), lambda summary: max(float(summary.navigation[each].rms_m) for each in craft))
+
+
 def nees(job: Consistency) -> Figure:
     """Take the mean normalised estimation error squared (NEES): 1 if the errors are as great as is claimed."""
     return Figure((job,), float)
