@@ -10,7 +10,7 @@ from grex_sim.study.table import AtMost, Row
 BEST = (
     "team.controller=shared_reference",
     "team.estimator=none",
-    "team.own_filter={place_noise_m=0.001, current_noise_mps=1e-5}",
+    "team.own_filter={place_noise_m=0.001, current_noise_mps=1e-6}",
     'team.talk={type="event", threshold_m=0.5, heartbeat_slots=9}',
     "guidance.cross_track_gain_rad_per_m=0.2",
     "guidance.curvature_feedforward=1.27",
