@@ -98,4 +98,5 @@ def _consistency() -> Iterator[Row]:
             yield Row(f"nees_{estimator}_stiff_loss{100 * loss:.0f}", about, nees(Consistency(estimator, loss, 8.0)))
 
 
+#: Those of rows_beyond.py are to come in here with the laws and the ranges that they fly: `*BEYOND`.
 ROWS = (*_estimators(), *_conditions(), *_modem(), *_consistency())

@@ -16,7 +16,7 @@ BEST = (
     "guidance.curvature_feedforward=1.27",
 )
 #: The paper's law and messages, sent only when they would tell the mates something new.
-EVENT = ('team.talk={type="event", threshold_m=0.5, heartbeat_slots=9}',)
+EVENT = ('team.talk={type="event", threshold_m=0.3, repeats=1, heartbeat_slots=9}',)
 _TARGETS = (
     ("best_fd_loss0", "s0", 0.0, 0.008),
     ("best_fd_loss50", "s0", 0.5, 0.010),
@@ -48,6 +48,8 @@ def _event() -> Iterator[Row]:
     periodic, event = p_law(S0, "along_track"), p_law(S0, "along_track", more=EVENT)
     about = "paper's mission, K 0.8, along_track, event-triggered"
     yield Row("event_message_share", f"{about}: share of the messages", message_share(event, periodic), AtMost(0.20))
+    lossy = p_law(S0, "along_track", loss=0.3, more=EVENT)
+    yield Row("event_message_share_loss30", f"{about}, 30 % loss: share of the messages", message_share(lossy, periodic))
     for loss in (0.0, 0.3):
         flight, ideal = p_law(S0, "along_track", loss=loss, more=EVENT), p_law(S0, "ideal", loss=loss)
         row = f"event_ratio_loss{100 * loss:.0f}"
