@@ -49,7 +49,9 @@ def _event() -> Iterator[Row]:
     about = "paper's mission, K 0.8, along_track, event-triggered"
     yield Row("event_message_share", f"{about}: share of the messages", message_share(event, periodic), AtMost(0.20))
     lossy = p_law(S0, "along_track", loss=0.3, more=EVENT)
-    yield Row("event_message_share_loss30", f"{about}, 30 % loss: share of the messages", message_share(lossy, periodic))
+    yield Row(
+        "event_message_share_loss30", f"{about}, 30 % loss: share of the messages", message_share(lossy, periodic)
+    )
     for loss in (0.0, 0.3):
         flight, ideal = p_law(S0, "along_track", loss=loss, more=EVENT), p_law(S0, "ideal", loss=loss)
         row = f"event_ratio_loss{100 * loss:.0f}"
