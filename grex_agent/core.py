@@ -14,6 +14,7 @@ from grex_agent.guidance import PlaceKeeping, TrackKeeping
 from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.messenger import Messenger
 from grex_agent.mission import plan_mission
+from grex_agent.own_navigation import OwnNavigation
 from grex_agent.team.interface import Own, TeamContext, load_estimator
 from grex_agent.tell import TeamTalk
 from grex_link import wire
@@ -57,6 +58,7 @@ class AgentCore:
         self._prepare = getattr(self._estimator, "prepare", None)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
         form = state_form(scenario, profile)
+        self._navigation = OwnNavigation(scenario)
         self._talk = TeamTalk(craft, plan, form)
         self._messenger = Messenger(scenario, craft, plan, profile, self._talk, form)
         self._time_ns: int | None = None
@@ -102,8 +104,9 @@ class AgentCore:
         """
         # For an estimator time never runs back, though GPS may set the clock back: it stands until it is passed again.
         self._time_ns = time_ns = now_ns if self._time_ns is None else max(self._time_ns, now_ns)
-        fix, health = self._fix, self._navigation_health(now_ns)
+        health = self._navigation_health(now_ns)
         lost = bool(health)
+        self._fix = fix = self._navigation.filtered(time_ns / NS, self._fix, lost=lost)
         if fix is not None and not lost:
             self._processor.follow(fix.north_m, fix.east_m)
             self._own = Own(fix.north_m, fix.east_m, self._processor.progress)
@@ -112,8 +115,10 @@ class AgentCore:
             self._beliefs = self._estimator.step(time_ns / NS, self._own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
         ordered = self._order_speed(mates, health)
-        yield from self._speak(now_ns, ordered, health, lost=lost)
-        yield "setpoint", self._setpoint(tick, now_ns, ordered, hold=lost)
+        yield from self._speak(now_ns, health, lost=lost)
+        setpoint = self._setpoint(tick, now_ns, ordered, hold=lost)
+        yield "setpoint", setpoint
+        self._navigation.ordered(setpoint)
         yield "state", self._state(tick, now_ns, ordered, mates, health)
         if self._messenger.ledger_due(now_ns):
             yield "port", self.ledger(now_ns)
@@ -143,13 +148,13 @@ class AgentCore:
         health.append("speed_limited")
         return min(max(ordered, least), most) if math.isfinite(ordered) else planned
 
-    def _speak(self, now_ns: int, speed_mps: float, health: list[str], *, lost: bool) -> list[Output]:
+    def _speak(self, now_ns: int, health: list[str], *, lost: bool) -> list[Output]:
         """Ask the modem for everything that is to be said before the next step."""
 
         def state() -> wire.TeamState | None:
             if self._fix is None or lost:
                 return None
-            return self._talk.state(self._fix, self._processor, speed_mps)
+            return self._talk.state(self._fix, self._processor, self._navigation.speed_over_ground(self._fix))
 
         requests = self._messenger.speak(now_ns, now_ns + self._tick_ns, state)
         if self._messenger.untold:

@@ -43,7 +43,7 @@ class TeamTalk:
         self.bad_frames = 0
 
     def state(self, fix: Fix, processor: ManoeuvreProcessor, speed_mps: float) -> wire.TeamState:
-        """Put together what is told: a fix, the place in the plan, and the speed ordered."""
+        """Put together what is told: a fix, the place in the plan, and the speed over ground."""
         return wire.TeamState(
             source=self._team.index(self._craft),
             t_s=fix.t_ns / NS,

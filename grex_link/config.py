@@ -62,13 +62,48 @@ class KalmanConfig(Config, frozen=True):
     """How old a message may be and still be worked in, seconds."""
 
 
+class SpeedModelConfig(Config, frozen=True):
+    """How the mates are taken to keep their speed, for the estimators beside the paper's."""
+
+    lag_s: NonNegative = 2.0
+    """Time constant of a mate's surge, seconds."""
+    acceleration_max_mps2: Positive = 0.2
+    error_relative: Positive = 0.03
+    """Standard deviation of a mate's speed error, as a share of the speed it orders."""
+    error_time_s: Positive = 2400.0
+    """Time constant with which that error changes, seconds."""
+    noise_mps: NonNegative = 0.003
+    """Process noise of a mate's speed over a second: what the model does not know of its orders, m/s."""
+    told_sigma_mps: Positive = 0.03
+    """Noise of the speed that a mate tells, m/s: it is that of a moment, and rounded."""
+    surprise: Positive = 4.0
+    """A told speed this many standard deviations off means that the error has changed at once."""
+
+
+class OwnFilterConfig(Config, frozen=True):
+    """The navigation filter of the own state; the surge loop is that of `speed_model`."""
+
+    fix_sigma_min_m: Positive = 0.05
+    """A fix is trusted no more than this, metres, whatever it claims."""
+    speed_sigma_mps: Positive | None = None
+    """Noise of the speed through the water that comes with a fix, m/s; left out: it is not used."""
+    place_noise_m: NonNegative = 0.02
+    """Process noise of each coordinate over a second, metres."""
+    current_sigma_mps: Positive = 0.2
+    """How far the current may be from the known one, m/s."""
+    current_noise_mps: NonNegative = 0.0005
+    """Process noise of the current over a second, m/s."""
+
+
 class TeamConfig(Config, frozen=True):
     """The team as a whole and how it coordinates."""
 
     name: Name = "grex"
     """Second part of every key on the bus."""
     estimator: ImportPath = "second_level"
-    """``none``, ``ideal``, ``first_level``, ``second_level`` or ``your_package.module:YourEstimator``."""
+    """The ends of the scale: ``none``, ``ideal``. Baselines: ``hold_last``, ``dead_reckoning``. The paper's:
+    ``first_level``, ``second_level``. With a speed error: ``biased_planar``, ``biased_planar_first``, ``along_track``
+    (the best), ``along_track_first``. Or ``your_package.module:YourEstimator``."""
     controller: ImportPath = "theta_p"
     """``theta_p`` (eq. 2) or ``your_package.module:YourController``."""
     gain_mps: NonNegative = 0.8
@@ -80,6 +115,9 @@ class TeamConfig(Config, frozen=True):
     fix_timeout_s: Positive = 5.0
     """A fix older than this is stale: the craft holds until there is a new one."""
     kalman: KalmanConfig = KalmanConfig()
+    speed_model: SpeedModelConfig = SpeedModelConfig()
+    own_filter: OwnFilterConfig | None = None
+    """Filter the own fixes; control and messages then have the filtered position. Left out: fixes are taken as is."""
 
 
 class GuidanceConfig(Config, frozen=True):
@@ -166,6 +204,24 @@ class Loop(Config, frozen=True):
     """Largest change a second."""
 
 
+class SpeedWander(Config, frozen=True):
+    """A speed error that wanders about zero: an Ornstein–Uhlenbeck process, stationary from the start on."""
+
+    sigma_relative: Annotated[float, Meta(ge=0.0, le=0.5)]
+    """Standard deviation, as a share of the speed ordered."""
+    time_s: Positive = 60.0
+    """Time constant, seconds."""
+
+
+class SpeedLimit(Config, frozen=True):
+    """A time in which a craft cannot go faster."""
+
+    start_s: NonNegative
+    end_s: NonNegative
+    max_mps: NonNegative
+    """Greatest surge, m/s."""
+
+
 class VehicleConfig(Config, frozen=True):
     """A simulated craft: four loops, a depth controller and what is wrong with its thrusters."""
 
@@ -180,6 +236,10 @@ class VehicleConfig(Config, frozen=True):
     """The surge actuator gives (1 + this) times what is ordered."""
     speed_error_mps: Finite = 0.0
     """And this much more."""
+    speed_wander: SpeedWander | None = None
+    """An error besides, which wanders."""
+    speed_limits: Annotated[tuple[SpeedLimit, ...], Meta(max_length=100)] = ()
+    """Times in which the craft cannot go as fast as it should."""
 
 
 class NavigationConfig(Config, frozen=True):

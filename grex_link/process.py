@@ -20,7 +20,7 @@ def run_process(work: Callable[[], None]) -> NoReturn:
     """Do a process's work and exit with its status; every foreseen failure is one line on standard error."""
     signal.signal(signal.SIGTERM, _interrupt)
     collect_rarely()
-    _die_with_launcher()
+    die_with_launcher()
     try:
         work()
     except GrexError as error:
@@ -51,7 +51,7 @@ def _interrupt(number: int, frame: Any) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _die_with_launcher() -> None:
+def die_with_launcher() -> None:
     """Ask the kernel for SIGTERM when the launcher dies, even by SIGKILL (Linux; elsewhere nothing)."""
     launcher = os.environ.get(LAUNCHER_VARIABLE)
     if not launcher or not sys.platform.startswith("linux"):

@@ -42,7 +42,9 @@ class Sea:
                 self.external[craft] = External(craft, start)
                 continue
             speed = plan.craft[craft].tracks[0].speed_mps
-            self._vehicles[craft] = Vehicle(craft, config, scenario.sea, start, speed, scenario.clock.tick_s)
+            self._vehicles[craft] = Vehicle(
+                craft, config, scenario.sea, start, speed, scenario.clock.tick_s, scenario.seed
+            )
             self._navigation[craft] = Navigation(craft, config.navigation, scenario.seed)
         self.truth = self._see()
 

@@ -10,7 +10,8 @@ The position follows from the mean of the old and the new heading, pitch and sur
 import math
 
 from grex_agent.path import wrap
-from grex_link.config import CraftConfig, Loop, SeaConfig
+from grex_link import draws
+from grex_link.config import CraftConfig, Loop, SeaConfig, VehicleConfig
 from grex_link.messages import Pose, Setpoint
 from grex_sim.current import compensate
 
@@ -41,6 +42,51 @@ class LagLoop:
         return most if change > most else -most if change < -most else change  # noqa: FURB136
 
 
+class SurgeActuator:
+    """What is wrong with the thrusters: fixed errors, an error that wanders, and times of less power.
+
+    surge = min((1 + relative + e)·ordered + offset, limit now),  e ← φ·e + σ·√(1 - φ²)·w,  φ = exp(-dt/time)
+
+    Parameters
+    ----------
+    craft : str
+        Its name keys the draws of w.
+    config : VehicleConfig
+        The errors.
+    seed : int
+        Seed of the run.
+    dt : float
+        Step, seconds.
+    """
+
+    def __init__(self, craft: str, config: VehicleConfig, seed: int, dt: float) -> None:
+        self._key = seed, "speed_wander", craft
+        self._dt = dt
+        self._scale, self._offset = 1.0 + config.speed_error_relative, config.speed_error_mps
+        self._limits = config.speed_limits
+        wander = config.speed_wander
+        self._sigma = wander.sigma_relative if wander else 0.0
+        self._keep = math.exp(-dt / wander.time_s) if wander else 0.0
+        self._step = 0
+        self._error = self._sigma * self._draw() if self._sigma else 0.0
+
+    def drive(self, ordered_mps: float) -> float:
+        """Surge that the thrusters drive at in the next step, m/s."""
+        wanted = ordered_mps * (self._scale + self._error) + (self._offset if ordered_mps else 0.0)
+        now_s = self._step * self._dt
+        for limit in self._limits:
+            if limit.start_s <= now_s < limit.end_s:
+                wanted = min(wanted, limit.max_mps)
+        self._step += 1
+        if self._sigma:
+            self._error = self._keep * self._error + self._sigma * math.sqrt(1.0 - self._keep**2) * self._draw()
+        return wanted
+
+    def _draw(self) -> float:
+        seed, *purpose = self._key
+        return draws.normal(seed, *purpose, self._step)[0]
+
+
 class Vehicle:
     """One simulated craft.
 
@@ -58,6 +104,8 @@ class Vehicle:
         Surge at the beginning.
     dt : float
         Step, seconds.
+    seed : int
+        Seed of the run, for what is drawn.
 
     Attributes
     ----------
@@ -73,6 +121,7 @@ class Vehicle:
         start: tuple[float, float, float, float],
         speed_mps: float,
         dt: float,
+        seed: int = 0,
     ) -> None:
         vehicle = config.vehicle
         self._craft = craft
@@ -82,7 +131,7 @@ class Vehicle:
         self._heading = LagLoop(vehicle.heading, dt)
         self._surge = LagLoop(vehicle.surge, dt)
         self._depth_gain = vehicle.depth_gain_rad_per_m
-        self._actuator = 1.0 + vehicle.speed_error_relative, vehicle.speed_error_mps
+        self._actuator = SurgeActuator(craft, vehicle, seed, dt)
         self._current = sea.current_ned_mps
         known = sea.known_current_ned_mps
         self._known_current = sea.current_ned_mps if known is None else known
@@ -94,13 +143,12 @@ class Vehicle:
     def step(self, setpoint: Setpoint | None) -> None:
         """Move one step under a setpoint; without one, or on hold, the thrusters stop and the heading is kept."""
         heading, pitch, surge = self._orders(setpoint)
-        scale, offset = self._actuator
         old_heading, old_pitch, old_surge = self.heading_rad, self.pitch_rad, self.surge_mps
         turn = self._heading.change(wrap(heading - old_heading))
         self.heading_rad = wrap(old_heading + turn)
         self.pitch_rad += self._pitch.change(self._pitch.limited(pitch) - old_pitch)
         self.roll_rad += self._roll.change(self._roll.limited(0.0) - self.roll_rad)
-        self.surge_mps += self._surge.change(surge * scale + (offset if surge else 0.0) - old_surge)
+        self.surge_mps += self._surge.change(self._actuator.drive(surge) - old_surge)
         self._move(old_heading + turn / 2.0, (old_pitch + self.pitch_rad) / 2.0, (old_surge + self.surge_mps) / 2.0)
 
     @property

@@ -15,8 +15,14 @@ from grex_link.wire import TeamState
 KNOWN = {
     "none": "grex_agent.team.baseline:Unaware",
     "ideal": "grex_agent.team.baseline:Ideal",
+    "hold_last": "grex_agent.team.reckoning:HoldLast",
+    "dead_reckoning": "grex_agent.team.reckoning:DeadReckoning",
     "first_level": "grex_agent.team.planar:FirstLevel",
     "second_level": "grex_agent.team.planar:SecondLevel",
+    "biased_planar_first": "grex_agent.team.biased_planar:BiasedPlanarFirst",
+    "biased_planar": "grex_agent.team.biased_planar:BiasedPlanar",
+    "along_track_first": "grex_agent.team.along_track:AlongTrackFirst",
+    "along_track": "grex_agent.team.along_track:AlongTrack",
 }
 
 

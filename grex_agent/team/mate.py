@@ -1,119 +1,98 @@
-"""One mate as its observer models it: a copy of its manoeuvre processor, guidance and controller about a Kalman filter.
+"""One mate as its observer models it: a model of its motion, and a history that takes messages however late they are.
 
 The history keeps, for every step, the state before any message, the message if there was one, and the progress of the
 others that drove the model. A message that arrives late is put where it belongs and everything after it is done anew,
 with every other message at its own place: the result does not depend on the order of arrival (GREX 2008, eq. 11).
+What the state is, how it moves and what a message does to it is the model's affair.
 """
 
-import math
 from collections import deque
 from collections.abc import Sequence
-from itertools import islice
+from itertools import islice, pairwise
+from typing import Generic, Protocol, TypeVar
 
 import msgspec
 
-from grex_agent.coordination import SpeedController
-from grex_agent.guidance import TrackKeeping
-from grex_agent.manoeuvre import ManoeuvreProcessor
-from grex_agent.mission import CraftPlan
-from grex_agent.path import Place, Track
-from grex_agent.team.kalman import PlanarModel, PlanarState, Recalculation
 from grex_link.messages import MateBelief
 from grex_link.wire import TeamState
 
 _SAME_TIME_S = 1e-6
 
+State = TypeVar("State")
 
-class Entry(msgspec.Struct):
+
+class MateModel(Protocol[State]):
+    """How one mate moves and what its messages say: pure functions of an immutable state with its covariance."""
+
+    def start(self) -> State:
+        """State at the beginning of the plan."""
+
+    def predict(self, state: State, others: Sequence[float], dt: float) -> State:
+        """Predict over `dt` seconds, with the progress of everybody else as the mate is thought to see it."""
+
+    def update(self, state: State, message: TeamState) -> State:
+        """Work in a message of the time of the state."""
+
+    def progress(self, state: State) -> float:
+        """Track number plus Θ."""
+
+    def position(self, state: State) -> tuple[float, float, float]:
+        """North, east and the standard deviation of each, metres."""
+
+
+class Entry(msgspec.Struct, Generic[State]):
     """One step of a mate's history."""
 
     t_s: float
     """Mission time."""
-    prior: PlanarState
+    prior: State
     """State before the message of this time, if there is one."""
-    state: PlanarState
+    state: State
     """State after it."""
-    number: int
-    """Number of the track that state is on."""
-    track: Track
-    place: Place
-    progress: float
-    """Track number plus Θ."""
     others: Sequence[float]
     """Progress of everybody else, as this mate is thought to see it."""
     message: TeamState | None = None
     """What the mate said of this time."""
 
 
-class MateFilter:
-    """Estimates one mate from its plan, its control law and its rare messages.
+class MateFilter(Generic[State]):
+    """Estimates one mate from a model of its motion and its rare messages.
 
     Parameters
     ----------
-    plan : CraftPlan
-        The mate's tracks.
-    guidance : TrackKeeping
-        Its track keeping.
-    controller : SpeedController
-        Its coordination law.
-    model : PlanarModel
-        KF 1.
-    recalculation : Recalculation
-        KF 2, shared with other mates.
+    model : MateModel
+        How it moves.
     memory_s, tick_s : float
         How far back a message may reach, and the length of a step.
     """
 
-    def __init__(
-        self,
-        plan: CraftPlan,
-        guidance: TrackKeeping,
-        controller: SpeedController,
-        model: PlanarModel,
-        recalculation: Recalculation,
-        memory_s: float,
-        tick_s: float,
-    ) -> None:
-        self._guidance = guidance
-        self._controller = controller
+    def __init__(self, model: MateModel[State], memory_s: float, tick_s: float) -> None:
         self._model = model
-        self._recalculation = recalculation
         self._memory_s = memory_s
         self._tick_s = tick_s
-        self._processor = ManoeuvreProcessor(plan)
-        north, east, course = plan.start
-        speed = plan.tracks[0].speed_mps
-        start = PlanarState(
-            north,
-            east,
-            speed * math.cos(course),
-            speed * math.sin(course),
-            model.fix_noise,
-            0.0,
-            model.velocity_noise,
-        )
-        self._history: deque[Entry] = deque([self._located(0.0, start, ())])
+        start = model.start()
+        self._history: deque[Entry[State]] = deque([Entry(0.0, start, start, ())])
         self._heard_s: float | None = None
 
     @property
     def progress(self) -> float:
         """Estimated progress now: track number plus Θ."""
-        return self._history[-1].progress
+        return self._model.progress(self._history[-1].state)
 
     @property
-    def state(self) -> PlanarState:
+    def state(self) -> State:
         """Estimated state now."""
         return self._history[-1].state
 
     def belief(self, craft: str, now_s: float) -> MateBelief:
         """Say what is believed now; the age is -1 if nothing has been heard."""
-        entry = self._history[-1]
-        state = entry.state
+        state = self.state
+        north, east, sigma = self._model.position(state)
         age_s = -1.0 if self._heard_s is None else now_s - self._heard_s
-        return MateBelief(craft, state.north, state.east, entry.progress, math.sqrt(state.pp), age_s)
+        return MateBelief(craft, north, east, self._model.progress(state), sigma, age_s)
 
     def advance(self, now_s: float) -> None:
-        """KF 1: predict up to a time, in steps of a tick where more has passed.
+        """Predict up to a time (KF 1), in steps of a tick where more has passed.
 
         A prediction that was made in advance, for a later time than it turns out to be, is taken back.
         """
@@ -122,7 +101,6 @@ class MateFilter:
         while last.t_s > now_s + _SAME_TIME_S and len(history) > 1:
             history.pop()
             last = history[-1]
-            self._processor.go_to(last.number)
         while now_s - last.t_s > 1.5 * self._tick_s:
             last = self._append(last, last.t_s + self._tick_s)
         if now_s - last.t_s > _SAME_TIME_S:
@@ -135,7 +113,7 @@ class MateFilter:
         self._history[-1].others = others
 
     def correct(self, message: TeamState) -> bool:
-        """KF 2: work in a message at the time it speaks of, and recalculate from there.
+        """Work in a message at the time it speaks of, and recalculate from there (KF 2).
 
         Returns
         -------
@@ -152,32 +130,14 @@ class MateFilter:
 
     # -- inside -------------------------------------------------------------------------------------------------
 
-    def _append(self, last: Entry, t_s: float) -> Entry:
-        u_north, u_east = self._order(last)
-        prior = self._model.predict(last.state, u_north, u_east, t_s - last.t_s)
-        entry = self._located(t_s, prior, last.others)
+    def _append(self, last: Entry[State], t_s: float) -> Entry[State]:
+        entry = self._following(last, t_s)
         self._history.append(entry)
         return entry
 
-    def _order(self, entry: Entry) -> tuple[float, float]:
-        """Wanted velocity û of the mate: its guidance and its controller (eq. 2) at the estimated place."""
-        track = entry.track
-        speed = self._controller.speed(track.speed_mps, entry.progress, entry.others)
-        course = self._guidance.course(track, entry.place)
-        return speed * math.cos(course), speed * math.sin(course)
-
-    def _located(self, t_s: float, prior: PlanarState, others: Sequence[float]) -> Entry:
-        """Make an entry of a predicted state; leaves the processor on its track."""
-        processor = self._processor
-        place = processor.follow(prior.north, prior.east)
-        return Entry(t_s, prior, prior, processor.number, processor.track, place, processor.progress, others)
-
-    def _relocate(self, entry: Entry) -> None:
-        """Find track, place and progress of an entry whose state has changed; leaves the processor on that track."""
-        processor = self._processor
-        entry.place = processor.follow(entry.state.north, entry.state.east)
-        entry.number, entry.track = processor.number, processor.track
-        entry.progress = processor.progress
+    def _following(self, before: Entry[State], t_s: float) -> Entry[State]:
+        prior = self._model.predict(before.state, before.others, t_s - before.t_s)
+        return Entry(t_s, prior, prior, before.others)
 
     def _place_for(self, t_s: float) -> int | None:
         """Index of the entry of a time; one is put in if the time lies between two steps."""
@@ -191,25 +151,16 @@ class MateFilter:
             return index
         if index == len(history) - 1:
             return index  # a clock a little ahead of ours: as if it were now
-        before = history[index]
-        u_north, u_east = self._order(before)
-        prior = self._model.predict(before.state, u_north, u_east, t_s - before.t_s)
-        history.insert(index + 1, self._located(t_s, prior, before.others))
+        history.insert(index + 1, self._following(history[index], t_s))
         return index + 1
 
     def _recalculate(self, index: int) -> None:
         """Go through the history from an entry with a message on, with every message at its place."""
         entries = list(islice(self._history, index, None))
-        kf2 = self._recalculation
-        kf2.start(entries[0].prior)
-        for entry, following in zip(entries, [*entries[1:], None], strict=True):
-            entry.state = entry.prior
-            if entry.message is not None:
-                kf2.update(entry.message.north_m, entry.message.east_m)
-                entry.state = kf2.state
-                # The mate knows its own track best; without this an estimate that ran ahead could never come back.
-                self._processor.go_to(entry.message.track)
-            self._relocate(entry)
-            if following is not None:
-                kf2.predict(*self._order(entry), following.t_s - entry.t_s)
-                following.prior = kf2.state
+        self._work_in(entries[0])
+        for entry, following in pairwise(entries):
+            following.prior = self._model.predict(entry.state, entry.others, following.t_s - entry.t_s)
+            self._work_in(following)
+
+    def _work_in(self, entry: Entry[State]) -> None:
+        entry.state = entry.prior if entry.message is None else self._model.update(entry.prior, entry.message)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from grex_agent.coordination import ThetaP
 from grex_agent.guidance import TrackKeeping
 from grex_agent.mission import plan_mission
-from grex_agent.team.kalman import PlanarModel, Recalculation
 from grex_agent.team.mate import MateFilter
+from grex_agent.team.planar import Follower, PlanarMate
 from grex_link.scenario import decode
 from grex_link.wire import TeamState
 
@@ -48,9 +48,8 @@ def messages(draw):
 
 def new_filter():
     """A filter of the mate at its start."""
-    model = PlanarModel(SCENARIO.team.kalman)
     keeping, controller = TrackKeeping(SCENARIO.guidance), ThetaP(SCENARIO.team)
-    return MateFilter(PLAN, keeping, controller, model, Recalculation(model), 300.0, 1.0)
+    return MateFilter(PlanarMate(PLAN, Follower(PLAN, keeping, controller), SCENARIO.team.kalman), 300.0, 1.0)
 
 
 def drive(filtered, tick):
@@ -85,7 +84,7 @@ def prompt(states):
 
 def numbers(filtered):
     """All that a filter believes."""
-    x = filtered.state
+    x = filtered.state.x
     belief = filtered.belief("auv1", END)
     return x.north, x.east, x.v_north, x.v_east, x.pp, x.pv, x.vv, belief.progress, belief.age_s
 
@@ -113,7 +112,7 @@ def test_order_of_arrival_is_no_matter(said, random):
 def test_the_filter_stays_sound(said):
     """Whatever is heard, nothing becomes NaN, variances stay positive and the covariance stays definite."""
     filtered = late([(state, state.t_s + delay) for state, delay in said])
-    state = filtered.state
+    state = filtered.state.x
     assert all(map(math.isfinite, numbers(filtered)))
     assert state.pp > 0.0
     assert state.vv > 0.0

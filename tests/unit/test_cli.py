@@ -173,7 +173,12 @@ def test_what_the_example_offers_is_accepted():
     example = (files("grex_sim") / "example.toml").read_text(encoding="utf-8")
     before, _, link = example.partition("[link] ")
     aloha = re.search(r"(?:#: .*\n)*#: type = \"slotted_aloha\"(?:\n#: .*)+", link)
-    offered = link.replace(aloha[0], "").replace("slots = []", "").replace("#: known", "# known")
+    offered = (
+        link.replace(aloha[0], "")
+        .replace("slots = []", "")
+        .replace("speed_limits = []", "")
+        .replace("#: known", "# known")
+    )
     offered = offered.replace('frontseat = { type = "sim" }', "")
     offered = re.sub(r"^modem = .*emulated.*$", "", offered, flags=re.MULTILINE)
     scenario = loads(before + "[link] " + re.sub(r"^#: ?", "", offered, flags=re.MULTILINE))
@@ -182,6 +187,8 @@ def test_what_the_example_offers_is_accepted():
     assert (taken.burst.loss, len(taken.jammers), len(taken.outages), len(taken.land)) == (0.2, 1, 1, 1)
     assert isinstance(scenario.craft["auv1"].modem, SerialModem)
     assert scenario.craft["auv1"].self_noise.level_db == 100.0
+    vehicle = scenario.craft["auv1"].vehicle
+    assert (vehicle.speed_wander.sigma_relative, len(vehicle.speed_limits)) == (0.03, 1)
     kinds = aloha[0].replace("#: ", "").split("[link.mac]")[1:]
     macs = [loads(f"{before}[link.mac]{kind}\n[craft.auv1]\n[craft.auv2]\n[craft.auv3]\n").link.mac for kind in kinds]
     assert [type(mac) for mac in macs] == [SlottedAloha, PureAloha]

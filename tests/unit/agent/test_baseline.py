@@ -98,7 +98,7 @@ def test_users_estimator():
 
 @pytest.mark.parametrize(
     ("name", "problem"),
-    [(f"{__name__}:NotOne", "has no method 'step'"), ("psychic", "is not one of none, ideal, first_level")],
+    [(f"{__name__}:NotOne", "has no method 'step'"), ("psychic", "is not one of none, ideal, hold_last")],
 )
 def test_no_estimator(name, problem):
     """What is no estimator is refused with the path of the fault."""

@@ -157,16 +157,16 @@ def test_a_slot_that_was_missed_stays_missed():
 
 
 def test_the_payload_is_the_own_state():
-    """A transmission carries place in the team, time, position, depth, ordered speed, heading, track, Θ and sigma."""
+    """A transmission carries place in the team, time, position, depth, speed made good, heading, track, Θ, sigma."""
     core = AgentCore(scenario(mission={"start_ned_m": [0.0, 0.0, 8.0]}), "auv2")
-    own = fix(40, 17.3, -24.2, down_m=8.04, heading_rad=0.5, sigma_m=0.15)
-    (request,), state, _ = step(core, 40, own)
+    own = fix(40, 17.3, -24.2, down_m=8.04, heading_rad=0.5, speed_mps=0.9, sigma_m=0.15)
+    (request,), _, _ = step(core, 40, own)
     told = wire.unpack(request.payload, 40.0)
     assert (told.source, told.track, told.flags) == (1, 0, wire.NAVIGATION_VALID)
     assert told.t_s == pytest.approx(40.0, abs=1e-9)
     assert (told.north_m, told.east_m) == pytest.approx((17.3, -24.2), abs=0.0625)
     assert told.depth_m == pytest.approx(8.04, abs=0.05)
-    assert told.speed_mps == pytest.approx(state.ordered_mps, abs=0.01)
+    assert told.speed_mps == pytest.approx(0.9, abs=0.01)
     assert told.heading_rad == pytest.approx(0.5, abs=math.pi / 512)
     assert told.theta == pytest.approx(23.3 / 400.0, abs=1e-3)
     assert 0.15 <= told.sigma_m <= 0.15 * math.sqrt(2.0)

@@ -8,8 +8,8 @@ import pytest
 from grex_agent.coordination import ThetaP
 from grex_agent.guidance import TrackKeeping
 from grex_agent.mission import plan_mission
-from grex_agent.team.kalman import PlanarModel, Recalculation
 from grex_agent.team.mate import MateFilter
+from grex_agent.team.planar import Follower, PlanarMate
 from grex_link.scenario import decode
 from grex_link.wire import TeamState
 
@@ -31,9 +31,8 @@ PLAN = plan_mission(SCENARIO).craft["auv1"]
 
 def mate(memory_s=300.0, tick_s=1.0):
     """Build the filter of a mate at the start of its plan."""
-    model = PlanarModel(SCENARIO.team.kalman)
     keeping, controller = TrackKeeping(SCENARIO.guidance), ThetaP(SCENARIO.team)
-    return MateFilter(PLAN, keeping, controller, model, Recalculation(model), memory_s, tick_s)
+    return MateFilter(PlanarMate(PLAN, Follower(PLAN, keeping, controller), SCENARIO.team.kalman), memory_s, tick_s)
 
 
 def message(t_s, north_m, east_m, track=0, theta=0.0):
@@ -87,7 +86,7 @@ def run_in_order(until_s, messages):
 
 def numbers(filtered):
     """Mean and covariance of a filter: north, east, both velocities, and the three numbers of the covariance."""
-    x = filtered.state
+    x = filtered.state.x
     return x.north, x.east, x.v_north, x.v_east, x.pp, x.pv, x.vv
 
 
@@ -120,7 +119,7 @@ def test_follows_the_plan_unheard():
         filtered.advance(float(tick))
         filtered.drive([filtered.progress, filtered.progress])
         north, east = PLAN.point(filtered.progress)
-        assert math.hypot(filtered.state.north - north, filtered.state.east - east) < 1.0
+        assert math.hypot(filtered.state.x.north - north, filtered.state.x.east - east) < 1.0
     planned_s = 200.0 + math.pi * 40.0
     assert filtered.progress == pytest.approx(4.0 + (400.0 - planned_s) / 100.0, abs=0.05)
 
@@ -134,17 +133,21 @@ def test_is_driven_by_the_others():
         ahead.advance(float(tick))
         behind.advance(float(tick))
     # 1 m/s at first, then ±0.4 m/s less what has been caught up since.
-    assert ahead.state.v_north == pytest.approx(1.4 - 1.6 * (ahead.progress - ahead.state.v_north / 100.0), abs=0.01)
-    assert behind.state.v_north == pytest.approx(0.6 - 1.6 * (behind.progress - behind.state.v_north / 100.0), abs=0.01)
+    assert ahead.state.x.v_north == pytest.approx(
+        1.4 - 1.6 * (ahead.progress - ahead.state.x.v_north / 100.0), abs=0.01
+    )
+    assert behind.state.x.v_north == pytest.approx(
+        0.6 - 1.6 * (behind.progress - behind.state.x.v_north / 100.0), abs=0.01
+    )
 
 
 def test_grows_unsure_unheard():
     """While nothing is heard the claimed uncertainty grows."""
     filtered = mate()
     filtered.advance(10.0)
-    after_10_s = filtered.state.pp
+    after_10_s = filtered.state.x.pp
     filtered.advance(60.0)
-    assert filtered.state.pp > after_10_s > SCENARIO.team.kalman.fix_sigma_m**2
+    assert filtered.state.x.pp > after_10_s > SCENARIO.team.kalman.fix_sigma_m**2
 
 
 def test_a_long_step_is_made_of_ticks():
@@ -233,18 +236,18 @@ def test_between_two_ticks(t_s):
 
 def test_a_message_pulls():
     """A fix 3 m ahead of the belief moves the belief ahead, at its time and after."""
-    fix = message(50.0, run(50.0, []).state.north + 3.0, -10.0)
+    fix = message(50.0, run(50.0, []).state.x.north + 3.0, -10.0)
     unheard, heard = run(60.0, []), run(60.0, [(60.0, fix)])
-    assert unheard.state.north + 1.5 < heard.state.north < unheard.state.north + 3.0
+    assert unheard.state.x.north + 1.5 < heard.state.x.north < unheard.state.x.north + 3.0
 
 
 def test_without_news_replay_changes_nothing():
     """A message that says exactly what was believed leaves the mean where it was, and narrows it."""
-    believed = run(50.0, []).state
+    believed = run(50.0, []).state.x
     unheard = run(60.0, [])
     heard = run(60.0, [(60.0, message(50.0, believed.north, believed.east))])
     assert numbers(heard)[:4] == pytest.approx(numbers(unheard)[:4], abs=1e-9)
-    assert heard.state.pp < unheard.state.pp
+    assert heard.state.x.pp < unheard.state.x.pp
 
 
 def test_comes_back_to_the_track_the_mate_is_on():

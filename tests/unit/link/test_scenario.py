@@ -303,6 +303,9 @@ def test_fingerprint_changes_with_any_value(text: str) -> None:
         "link.land=[{between=['auv1', 'auv3']}]",
         "link.water.layers=[[0, 1490], [30, 1480]]",
         "craft.auv1.self_noise={level_db=90}",
+        "craft.auv1.vehicle.speed_wander={sigma_relative=0.03}",
+        "craft.auv1.vehicle.speed_limits=[{start_s=1, end_s=2, max_mps=0.5}]",
+        "team.own_filter={speed_sigma_mps=0.02}",
         "craft.auv3.modem={type='serial', port='/dev/ttyS0'}",
         "sea.known_current_ned_mps=[0, 0, 0]",
         "datum={latitude_deg=54.0, longitude_deg=10.0}",
@@ -318,7 +321,7 @@ def test_fingerprint_changes_with_any_value(text: str) -> None:
         variants = [changed(document, path, other) for other in others if other != value]
         variant = next((variant for variant in variants if variant is not None), None)
         if variant is None:
-            assert path[-1] in {"type", "model", "driver", "self_noise"}, path
+            assert path[-1] in {"type", "model", "driver", "self_noise", "speed_wander"}, path
             continue
         tried += 1
         seen.add(fingerprint(variant))

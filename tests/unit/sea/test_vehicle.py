@@ -2,11 +2,13 @@
 
 import math
 
+import msgspec
+import numpy as np
 import pytest
 
-from grex_link.config import CraftConfig, Loop, SeaConfig, VehicleConfig
+from grex_link.config import CraftConfig, Loop, SeaConfig, SpeedLimit, SpeedWander, VehicleConfig
 from grex_link.messages import Setpoint
-from grex_sim.vehicle import LagLoop, Vehicle
+from grex_sim.vehicle import LagLoop, SurgeActuator, Vehicle
 
 STILL = SeaConfig()
 EASY = VehicleConfig(
@@ -227,3 +229,41 @@ def test_pose():
     pose = craft.pose
     assert (pose.craft, pose.north_m, pose.east_m, pose.down_m) == ("auv1", 1.0, 2.0, 3.0)
     assert (pose.roll_rad, pose.pitch_rad, pose.heading_rad, pose.surge_mps) == (0.0, 0.0, 0.4, 1.5)
+
+
+def test_a_speed_limit_holds_for_its_time():
+    """In the times given the surge is no more than the limit; before and after it is what is ordered."""
+    limits = (SpeedLimit(start_s=50.0, end_s=100.0, max_mps=0.8),)
+    craft = vehicle(msgspec.structs.replace(EASY, speed_limits=limits))
+    surges = []
+    for _ in range(160):
+        craft.step(steer(speed_mps=1.2))
+        surges.append(craft.surge_mps)
+    assert surges[49] == pytest.approx(1.2, abs=1e-6)
+    assert surges[99] == pytest.approx(0.8, abs=1e-6)
+    assert surges[51] > 0.8
+    assert surges[159] == pytest.approx(1.2, abs=1e-6)
+
+
+def test_a_wandering_speed_error():
+    """The speed error has the deviation and the time constant given, whatever the craft, and no draw is shared."""
+    wander = SpeedWander(sigma_relative=0.03, time_s=60.0)
+    actuator = SurgeActuator("auv1", VehicleConfig(speed_wander=wander), 1, 1.0)
+    errors = np.array([actuator.drive(2.0) / 2.0 - 1.0 for _ in range(40_000)])
+    assert errors.std() == pytest.approx(0.03, rel=0.1)
+    assert abs(errors.mean()) < 0.004
+    assert np.corrcoef(errors[:-60], errors[60:])[0, 1] == pytest.approx(math.exp(-1.0), abs=0.12)
+
+
+def test_wandering_is_a_matter_of_seed_and_craft():
+    """The same seed and craft wander alike; another seed or another craft do not; at rest nothing wanders."""
+    config = VehicleConfig(speed_wander=SpeedWander(sigma_relative=0.03))
+
+    def wandering(craft, seed):
+        actuator = SurgeActuator(craft, config, seed, 1.0)
+        return [actuator.drive(1.0) for _ in range(5)]
+
+    assert wandering("auv1", 1) == wandering("auv1", 1)
+    assert wandering("auv1", 1) != wandering("auv1", 2)
+    assert wandering("auv1", 1) != wandering("auv2", 1)
+    assert SurgeActuator("auv1", config, 1, 1.0).drive(0.0) == 0.0

@@ -1,0 +1,1 @@
+"""Studies: tables of figures over many runs, each row data."""

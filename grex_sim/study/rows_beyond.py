@@ -1,0 +1,70 @@
+"""Rows of `grex study team` for what goes beyond the paper's law: shared reference, event-triggered talk, ranges."""
+
+from collections.abc import Iterator
+
+from grex_sim.study.figures import Flight, deviation, message_share, ratio, worst_place_error
+from grex_sim.study.rows import CONDITIONS, S0, p_law
+from grex_sim.study.table import AtMost, Row
+
+#: The best law: every craft tracks its copy of a team reference, its own speed error and the current removed aboard.
+BEST = (
+    "team.controller=shared_reference",
+    "team.estimator=none",
+    "team.own_filter={place_noise_m=0.001, current_noise_mps=1e-6}",
+    'team.talk={type="event", threshold_m=0.5, heartbeat_slots=9}',
+    "guidance.cross_track_gain_rad_per_m=0.2",
+    "guidance.curvature_feedforward=1.27",
+)
+#: The paper's law and messages, sent only when they would tell the mates something new.
+EVENT = ('team.talk={type="event", threshold_m=0.3, repeats=1, heartbeat_slots=9}',)
+_TARGETS = (
+    ("best_fd_loss0", "s0", 0.0, 0.008),
+    ("best_fd_loss50", "s0", 0.5, 0.010),
+    ("slow_mate_fd_loss0", "s5", 0.0, 0.16),
+    ("slow_mate_fd_loss50", "s5", 0.5, 0.35),
+    ("wander_fd_loss0", "s4", 0.0, 0.030),
+    ("dgps_fd_loss0", "s1", 0.0, 0.20),
+    ("current_fd_loss0", "s3", 0.0, 0.015),
+)
+
+
+def best(condition: str, loss: float = 0.0) -> Flight:
+    """Fly a condition under the best law."""
+    return Flight(CONDITIONS[condition][0], (*BEST, f"link.loss={loss}"))
+
+
+def _best() -> Iterator[Row]:
+    for name, condition, loss, limit in _TARGETS:
+        about = f"{CONDITIONS[condition][1]}, best law, {100 * loss:.0f} % loss: FD"
+        yield Row(name, about, deviation(best(condition, loss)), AtMost(limit))
+    for condition, (_, about) in CONDITIONS.items():
+        yield Row(f"{condition}_silent_fd", f"{about}, best law, no message ever: FD", deviation(best(condition, 1.0)))
+    for condition in ("s2", "s6"):
+        about = f"{CONDITIONS[condition][1]}, best law: FD"
+        yield Row(f"{condition}_best_fd_loss0", about, deviation(best(condition)))
+
+
+def _event() -> Iterator[Row]:
+    periodic, event = p_law(S0, "along_track"), p_law(S0, "along_track", more=EVENT)
+    about = "paper's mission, K 0.8, along_track, event-triggered"
+    yield Row("event_message_share", f"{about}: share of the messages", message_share(event, periodic), AtMost(0.20))
+    lossy = p_law(S0, "along_track", loss=0.3, more=EVENT)
+    yield Row(
+        "event_message_share_loss30", f"{about}, 30 % loss: share of the messages", message_share(lossy, periodic)
+    )
+    for loss in (0.0, 0.3):
+        flight, ideal = p_law(S0, "along_track", loss=loss, more=EVENT), p_law(S0, "ideal", loss=loss)
+        row = f"event_ratio_loss{100 * loss:.0f}"
+        yield Row(row, f"{about}, {100 * loss:.0f} % loss: FD / FD of ideal", ratio(flight, ideal), AtMost(1.02))
+
+
+def _ranges() -> Iterator[Row]:
+    drifting = "auv1", "auv2"
+    about = "INS drift of 0.5 m/min on two of three craft, 2 h, ranges to the third"
+    flight = Flight("ins-drift")
+    yield Row("ins_drift_rms_m", f"{about}: position error, m rms", worst_place_error(flight, drifting), AtMost(5.0))
+    without = Flight("ins-drift", ("team.ranging.mode=off",))
+    yield Row("ins_drift_no_ranging_rms_m", "the same without ranges", worst_place_error(without, drifting))
+
+
+BEYOND = (*_best(), *_event(), *_ranges())
