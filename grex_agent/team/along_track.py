@@ -15,8 +15,6 @@ The filters of all mates are rows of arrays (`along_track_rows`), so that fifty 
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from grex_agent.gaussian import Gaussian, update
 from grex_agent.mission import CraftPlan
 from grex_agent.team.along_track_rows import AlongTrackRows
@@ -111,7 +109,7 @@ class AlongTrackFirst:
             north.tolist(),
             east.tolist(),
             rows.progress.tolist(),
-            np.sqrt(rows.covariance[:, 0, 0]).tolist(),
+            rows.sigma_m.tolist(),
             self._heard_s,
             strict=False,  # a row of oneself comes after those of the mates
         )

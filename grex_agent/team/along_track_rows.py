@@ -10,7 +10,6 @@ so that the laws that need no more (`speeds`) cost the same for every row.
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from functools import partial
 from itertools import islice, pairwise
 from operator import attrgetter
 from typing import NamedTuple
@@ -33,6 +32,10 @@ Update = Callable[[Gaussian, TeamState], Gaussian]
 _SAME_TIME_S = 1e-6
 #: Step of progress over which the law is differentiated.
 _NUDGE = 1e-3
+_HERE_AND_FURTHER = np.array([[0.0], [_NUDGE]])
+#: Where the upper triangle is in a matrix of nine numbers, and where the matrix is in a column of `Step.x`.
+_UPPER = [0, 1, 2, 4, 5, 8]
+_FULL = [3, 4, 5, 4, 6, 7, 5, 7, 8]
 
 
 class Others(NamedTuple):
@@ -70,10 +73,8 @@ class Step(msgspec.Struct):
     """All rows at one time, after what was said of that time."""
 
     t_s: float
-    mean: Array
-    """[s, v, β] of each row, shape (n, 3)."""
-    covariance: Array
-    """Shape (n, 3, 3)."""
+    x: Array
+    """Shape (9, n): s, v, β of each row, and the upper triangle of their covariance: ss, sv, sβ, vv, vβ, ββ."""
     others: Others | None = None
     """None before anybody was driven: then each goes at planned speed."""
     said: dict[int, list[Said]] = {}
@@ -81,11 +82,19 @@ class Step(msgspec.Struct):
 
     def row(self, row: int) -> Gaussian:
         """State of a row."""
-        return Gaussian(tuple(self.mean[row].tolist()), self.covariance[row].copy())
+        return _unpacked(self.x[:, row])
 
     def put(self, row: int, state: Gaussian) -> None:
         """Replace the state of a row."""
-        self.mean[row], self.covariance[row] = state.mean, state.covariance
+        self.x[:, row] = _packed(state)
+
+
+def _packed(state: Gaussian) -> Array:
+    return np.concatenate((state.mean, state.covariance.ravel()[_UPPER]))
+
+
+def _unpacked(column: Array) -> Gaussian:
+    return Gaussian(tuple(column[:3].tolist()), column[_FULL].reshape(3, 3))
 
 
 class AlongTrackRows:
@@ -125,11 +134,11 @@ class AlongTrackRows:
         self._speed = speed
         self._memory_s = memory_s
         self._tick_s = tick_s
-        rows, config = len(plans), speed.config
-        mean = np.zeros((rows, 3))
-        mean[:, 1] = [plan.tracks[0].speed_mps for plan in plans]
-        start = np.diag((start_variance_m2, config.told_sigma_mps**2, config.error_relative**2))
-        self._history = deque([Step(0.0, mean, np.tile(start, (rows, 1, 1)))])
+        config = speed.config
+        x = np.zeros((9, len(plans)))
+        x[1] = [plan.tracks[0].speed_mps for plan in plans]
+        x[3], x[6], x[8] = start_variance_m2, config.told_sigma_mps**2, config.error_relative**2
+        self._history = deque([Step(0.0, x)])
         self._located: Located | None = None
 
     @property
@@ -138,14 +147,14 @@ class AlongTrackRows:
         return self._locate().progress
 
     @property
-    def mean(self) -> Array:
-        """[s, v, β] of each row now, shape (n, 3)."""
-        return self._history[-1].mean
+    def sigma_m(self) -> Array:
+        """Standard deviation of the distance along the plan of each row now, shape (n,)."""
+        sigma: Array = np.sqrt(self._history[-1].x[3])
+        return sigma
 
-    @property
-    def covariance(self) -> Array:
-        """Of `mean`, shape (n, 3, 3)."""
-        return self._history[-1].covariance
+    def state(self, row: int) -> Gaussian:
+        """[s, v, β] of a row now, with covariance."""
+        return self._history[-1].row(row)
 
     def points(self) -> tuple[Array, Array]:
         """North and east of each row now, metres: on its plan."""
@@ -201,68 +210,66 @@ class AlongTrackRows:
 
     def _locate(self) -> Located:
         if self._located is None:
-            self._located = self._paths.locate(self.mean[:, 0])
+            self._located = self._paths.locate(self._history[-1].x[0])
         return self._located
 
     def _append(self, t_s: float) -> None:
-        last = self._history[-1]
-        speeds = partial(self._order_all, self._locate(), last.others)
-        mean, covariance = self._predict(last.mean, last.covariance, speeds, t_s - last.t_s, self._locate())
-        self._history.append(Step(t_s, mean, covariance, last.others))
+        last, located = self._history[-1], self._locate()
+        x = self._predict(last.x, self._order_all(located, last.others), t_s - last.t_s, located)
+        self._history.append(Step(t_s, x, last.others))
         self._located = None
 
     def _predict_row(self, row: int, state: Gaussian, others: Others | None, dt: float) -> Gaussian:
-        mean, covariance = np.array([state.mean]), state.covariance[None]
-        located = self._paths.locate(mean[:, 0], np.array([row]))
-        mean, covariance = self._predict(mean, covariance, partial(self._order_row, row, located, others), dt, located)
-        return Gaussian(tuple(mean[0].tolist()), covariance[0])
+        x = _packed(state)[:, None]
+        located = self._paths.locate_row(row, state.mean[0])
+        return _unpacked(self._predict(x, self._one_by_one([row], located, others), dt, located)[:, 0])
 
-    def _predict(
-        self, mean: Array, covariance: Array, order: Callable[[], tuple[Array, Array]], dt: float, located: Located
-    ) -> tuple[Array, Array]:
-        """Predict some rows over `dt` seconds: the new mean by the model, J P Jᵀ + Q."""
-        distance, speed, error = mean.T
-        ordered, nudged = order()
-        after, by_speed, by_order, by_error = self._speed.step_all(speed, ordered, error, dt)
-        by_distance = by_order * (nudged - ordered) / (_NUDGE * located.length_m)
+    def _predict(self, x: Array, orders: Array, dt: float, located: Located) -> Array:
+        """Predict some rows over `dt` seconds: the new mean by the model, J P Jᵀ + Q written out.
+
+        With v' = λ·x the new speed, linearised, the new distance is q + dt/2·v', where q = s + dt/2·v.
+        """
+        ordered, nudged = orders
+        after, by_speed, by_order, by_error = self._speed.step_all(x[1], ordered, x[2], dt)
         keep, error_noise = self._speed.fading(dt)
         half = dt / 2.0
-        new = np.empty_like(mean)
-        new[:, 0] = distance + half * (speed + after)
-        new[:, 1] = after
-        new[:, 2] = keep * error
-        jacobian = np.zeros_like(covariance)
-        low = jacobian[:, 1]
-        low[:, 0], low[:, 1], low[:, 2] = by_distance, by_speed, by_error
-        np.multiply(half, low, out=jacobian[:, 0])
-        jacobian[:, 0, 0] += 1.0
-        jacobian[:, 0, 1] += half
-        jacobian[:, 2, 2] = keep
-        noise = np.diag((0.0, self._speed.config.noise_mps**2 * dt, error_noise))
-        return new, jacobian @ covariance @ jacobian.transpose(0, 2, 1) + noise
+        slopes = np.empty((3, x.shape[1]))  # λ
+        slopes[0] = by_order * (nudged - ordered) / (_NUDGE * located.length_m)
+        slopes[1], slopes[2] = by_speed, by_error
+        before = x[_FULL].reshape(3, 3, -1)
+        with_speed = (before * slopes).sum(axis=1)  # cov(x, v')
+        variance = (with_speed * slopes).sum(axis=0)  # var(v')
+        with_q = before[0] + half * before[1]  # cov(x, q)
+        q_speed = with_speed[0] + half * with_speed[1]  # cov(q, v')
+        new = np.empty_like(x)
+        new[0] = x[0] + half * (x[1] + after)
+        new[1] = after
+        new[2] = keep * x[2]
+        new[3] = with_q[0] + half * (with_q[1] + 2.0 * q_speed + half * variance)
+        new[4] = q_speed + half * variance
+        new[5] = keep * (with_q[2] + half * with_speed[2])
+        new[6] = variance + self._speed.config.noise_mps**2 * dt
+        new[7] = keep * with_speed[2]
+        new[8] = keep * keep * x[8] + error_noise
+        return new
 
-    def _order_all(self, located: Located, others: Others | None) -> tuple[Array, Array]:
-        """Speeds that all rows order, and those they would order a little further on."""
-        progress, planned = located.progress, located.planned_mps
+    def _order_all(self, located: Located, others: Others | None) -> Array:
+        """Speeds that all rows order, and those they would order a little further on; shape (2, n)."""
+        progress = located.progress
         if self._law_of_all is None:
             return self._one_by_one(range(len(progress)), located, others)
+        here_and_further = progress + _HERE_AND_FURTHER
         if others is None:
-            sums, count = np.zeros_like(progress), 0
-        else:
-            sums, count = others.total - others.progress, others.mates
-        law = self._law_of_all
-        return law(planned, progress, sums, count), law(planned, progress + _NUDGE, sums, count)
+            return self._law_of_all(located.planned_mps, here_and_further, np.zeros_like(progress), 0)
+        return self._law_of_all(located.planned_mps, here_and_further, others.total - others.progress, others.mates)
 
-    def _order_row(self, row: int, located: Located, others: Others | None) -> tuple[Array, Array]:
-        return self._one_by_one([row], located, others)
-
-    def _one_by_one(self, rows: Sequence[int], located: Located, others: Others | None) -> tuple[Array, Array]:
-        law, orders = self._law.speed, []
-        for row, planned, progress in zip(rows, located.planned_mps.tolist(), located.progress.tolist(), strict=True):
+    def _one_by_one(self, rows: Sequence[int], located: Located, others: Others | None) -> Array:
+        law, orders = self._law.speed, np.empty((2, len(rows)))
+        for place, row in enumerate(rows):
+            planned, progress = float(located.planned_mps[place]), float(located.progress[place])
             mates = [] if others is None else others.of(row)
-            orders.append((law(planned, progress, mates), law(planned, progress + _NUDGE, mates)))
-        ordered, nudged = np.array(orders).T
-        return ordered, nudged
+            orders[:, place] = law(planned, progress, mates), law(planned, progress + _NUDGE, mates)
+        return orders
 
     # -- messages -----------------------------------------------------------------------------------------------
 

@@ -66,11 +66,11 @@ class Located(NamedTuple):
     theta: Array
     """Of the present track."""
     shape: Array
-    """Of the present track, (n, 7); see `grex_agent.path.Track`."""
+    """Of the present track, (7, n); see `grex_agent.path.Track`."""
 
     def points(self) -> tuple[Array, Array]:
         """North and east of the plans there, metres."""
-        a, b, c, d, radius, start, turn = self.shape.T
+        a, b, c, d, radius, start, turn = self.shape
         angle = start + turn * self.theta
         return a + b * self.theta + radius * np.cos(angle), c + d * self.theta + radius * np.sin(angle)
 
@@ -86,20 +86,34 @@ class PathLengths:
 
     def __init__(self, plans: Sequence[CraftPlan]) -> None:
         most = max(len(plan.tracks) for plan in plans)
+        self._paths = [PathLength(plan) for plan in plans]
         self._rows = np.arange(len(plans))
         # The first track goes on before its start, and beyond the last one there is none.
-        self._from = np.full((len(plans), most), np.inf)
+        self._from = np.full((len(plans), most + 1), np.inf)
         self._table = np.zeros((len(plans), most, 10))
-        for row, plan in enumerate(plans):
-            path = PathLength(plan)
+        for row, path in enumerate(self._paths):
             self._from[row, : len(path.starts)] = [-np.inf, *path.starts[1:]]
             for number, (start, track) in enumerate(zip(path.starts, path.tracks, strict=True)):
                 self._table[row, number] = start, track.length_m, track.speed_mps, *track.shape
+        self._take_tracks(np.zeros(len(plans), dtype=np.intp))
 
-    def locate(self, distances_m: Array, rows: npt.NDArray[np.intp] | None = None) -> Located:
-        """Find where distances along the plans of some rows, or of all, are."""
-        rows = self._rows if rows is None else rows
-        numbers = (self._from[rows] <= distances_m[:, None]).sum(axis=1) - 1
-        found = self._table[rows, numbers]
-        theta = (distances_m - found[:, 0]) / found[:, 1]
-        return Located(numbers + theta, found[:, 1], found[:, 2], theta, found[:, 3:])
+    def locate(self, distances_m: Array) -> Located:
+        """Find where distances along the plans are, one for each row."""
+        if not ((self._least <= distances_m) & (distances_m < self._beyond)).all():
+            self._take_tracks((self._from <= distances_m[:, None]).sum(axis=1) - 1)
+        start, length, planned = self._tracks[:3]
+        theta = (distances_m - start) / length
+        return Located(self._numbers + theta, length, planned, theta, self._tracks[3:])
+
+    def locate_row(self, row: int, distance_m: float) -> Located:
+        """Find where a distance along the plan of one row is; arrays of one."""
+        number = self._paths[row].number(distance_m)
+        found = self._table[row, number][:, None]
+        theta = (distance_m - found[0]) / found[1]
+        return Located(number + theta, found[1], found[2], theta, found[3:])
+
+    def _take_tracks(self, numbers: npt.NDArray[np.intp]) -> None:
+        """Note the track of every row: it seldom changes."""
+        self._numbers = numbers
+        self._least, self._beyond = self._from[self._rows, numbers], self._from[self._rows, numbers + 1]
+        self._tracks = np.ascontiguousarray(self._table[self._rows, numbers].T)
