@@ -1,7 +1,10 @@
 """Coordination: the speed that keeps the team at one degree of execution (paper, eqs. 2 and 3)."""
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
 
 from grex_agent.plugin import load_plugin
 from grex_link.config import TeamConfig
@@ -29,6 +32,28 @@ class SpeedController(Protocol):
         """
 
 
+@runtime_checkable
+class TeamSpeeds(Protocol):
+    """A law that needs only the sum of the mates' progress: models of many mates are then driven at once."""
+
+    def speeds(
+        self,
+        planned_mps: npt.NDArray[np.float64],
+        own: npt.NDArray[np.float64],
+        mates_sum: npt.NDArray[np.float64],
+        mates: int,
+    ) -> npt.NDArray[np.float64]:
+        """Order the speeds of many craft; the same as `SpeedController.speed` for each.
+
+        Parameters
+        ----------
+        planned_mps, own, mates_sum : ndarray of float, shape (n,)
+            Planned speed, progress, and sum of the progress of its mates, of each craft.
+        mates : int
+            How many mates each has.
+        """
+
+
 class ThetaP:
     """v_m = v'_m + K Σ (Θ_i − Θ_m), limited to [v_min, v_max] (GREX 2008, eq. 2).
 
@@ -51,6 +76,17 @@ class ThetaP:
         least, most = self._min, self._max
         # Comparisons, not min() and max(): this runs for every mate at every step.
         return least if wanted < least else most if wanted > most else wanted  # noqa: FURB136
+
+    def speeds(
+        self,
+        planned_mps: npt.NDArray[np.float64],
+        own: npt.NDArray[np.float64],
+        mates_sum: npt.NDArray[np.float64],
+        mates: int,
+    ) -> npt.NDArray[np.float64]:
+        """Order many speeds; see `TeamSpeeds`."""
+        wanted = planned_mps + self._gain * (mates_sum - mates * own)
+        return np.minimum(np.maximum(wanted, self._min), self._max)
 
 
 def quality(own: float, mates: Sequence[float]) -> float:

@@ -15,6 +15,7 @@ from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.messenger import Messenger
 from grex_agent.mission import plan_mission
 from grex_agent.own_navigation import OwnNavigation
+from grex_agent.separation import SeparationGuard
 from grex_agent.team.interface import Own, TeamContext, load_estimator
 from grex_agent.tell import TeamTalk
 from grex_link import wire
@@ -59,6 +60,7 @@ class AgentCore:
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
         form = state_form(scenario, profile)
         self._navigation = OwnNavigation(scenario)
+        self._guard = SeparationGuard(scenario.team, craft, plan)
         self._talk = TeamTalk(craft, plan, form)
         self._messenger = Messenger(scenario, craft, plan, profile, self._talk, form)
         self._time_ns: int | None = None
@@ -114,11 +116,12 @@ class AgentCore:
         if self._own is not None:
             self._beliefs = self._estimator.step(time_ns / NS, self._own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
-        ordered = self._order_speed(mates, health)
+        ordered = self._keep_clear(self._order_speed(mates, health), health)
         yield from self._speak(now_ns, health, lost=lost)
         setpoint = self._setpoint(tick, now_ns, ordered, hold=lost)
         yield "setpoint", setpoint
         self._navigation.ordered(setpoint)
+        self._guard.ordered(setpoint.speed_mps, setpoint.course_rad)
         yield "state", self._state(tick, now_ns, ordered, mates, health)
         if self._messenger.ledger_due(now_ns):
             yield "port", self.ledger(now_ns)
@@ -147,6 +150,15 @@ class AgentCore:
             return ordered
         health.append("speed_limited")
         return min(max(ordered, least), most) if math.isfinite(ordered) else planned
+
+    def _keep_clear(self, ordered_mps: float, health: list[str]) -> float:
+        """Slow down for a mate ahead that would come too near."""
+        if self._fix is None:
+            return ordered_mps
+        speed_mps = self._guard.speed(ordered_mps, self._fix, self._processor.progress, self._beliefs)
+        if speed_mps < ordered_mps:
+            health.append("separation")
+        return speed_mps
 
     def _speak(self, now_ns: int, health: list[str], *, lost: bool) -> list[Output]:
         """Ask the modem for everything that is to be said before the next step."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from grex_agent.gaussian import Gaussian, Matrix, propagate, update
 from grex_agent.path import wrap
-from grex_agent.team.along_track import SpeedModel
+from grex_agent.team.speed_model import SpeedModel
 from grex_link.config import OwnFilterConfig, SpeedModelConfig
 from grex_link.messages import Fix
 

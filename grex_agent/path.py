@@ -56,6 +56,10 @@ class Track(Protocol):
     def point(self, theta: float) -> tuple[float, float]:
         """Find the point (north, east) at a degree of execution."""
 
+    @property
+    def shape(self) -> tuple[float, float, float, float, float, float, float]:
+        """(a, b, c, d, R, φ₀, φ₁) of north = a + bΘ + R cos(φ₀ + φ₁Θ), east = c + dΘ + R sin(φ₀ + φ₁Θ): for arrays."""
+
 
 def wrap(angle_rad: float) -> float:
     """Bring an angle into [-π, π)."""
@@ -98,6 +102,12 @@ class Line:
         """Find the point (north, east) at a degree of execution."""
         along = theta * self.length_m
         return self._north + along * self._tangent_north, self._east + along * self._tangent_east
+
+    @property
+    def shape(self) -> tuple[float, float, float, float, float, float, float]:
+        """The line as numbers; see `Track`."""
+        north, east = self.length_m * self._tangent_north, self.length_m * self._tangent_east
+        return self._north, north, self._east, east, 0.0, 0.0, 0.0
 
 
 class Arc:
@@ -156,3 +166,9 @@ class Arc:
         """Find the point (north, east) at a degree of execution."""
         angle = self._middle + self._side * self._half * (2.0 * theta - 1.0)
         return self._centre_north + self._radius * math.cos(angle), self._centre_east + self._radius * math.sin(angle)
+
+    @property
+    def shape(self) -> tuple[float, float, float, float, float, float, float]:
+        """The arc as numbers; see `Track`."""
+        turn = 2.0 * self._side * self._half
+        return self._centre_north, 0.0, self._centre_east, 0.0, self._radius, self._middle - turn / 2.0, turn

@@ -114,6 +114,11 @@ class TeamConfig(Config, frozen=True):
     """Highest speed the controller may order."""
     fix_timeout_s: Positive = 5.0
     """A fix older than this is stale: the craft holds until there is a new one."""
+    separation_min_m: Positive | None = None
+    """Of two craft that would come nearer than this, and some doubt more, the one behind slows to the least speed.
+    Left out: there is no such guard."""
+    separation_horizon_s: Positive = 30.0
+    """How far ahead that is looked for, seconds."""
     kalman: KalmanConfig = KalmanConfig()
     speed_model: SpeedModelConfig = SpeedModelConfig()
     own_filter: OwnFilterConfig | None = None

@@ -14,6 +14,7 @@ from grex_link.ledger import EDGES_S, faults
 from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
 from grex_link.units import NS
+from grex_sim.closest import Approach, closest_approach
 from grex_sim.logbook import Logbook
 from grex_sim.score import Score, score
 
@@ -60,6 +61,8 @@ class Summary(msgspec.Struct, kw_only=True):
     """For each craft, in how many steps the current was too strong for the course it was to make good."""
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
+    closest: Approach | None
+    """Closest approach of two craft; None for one craft."""
     ledger_s: float | None
     """Mission time of the newest ledger of the water; None if there is none."""
     ledger_faults: list[str]
@@ -122,6 +125,7 @@ def summarise(
         bad_frames=logbook.bad_frames,
         adrift_steps=logbook.adrift_steps,
         unhealthy_steps=logbook.unhealthy_steps,
+        closest=closest_approach(positions, list(scenario.craft), scenario.clock.tick_s),
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
     )
@@ -193,6 +197,7 @@ def as_text(summary: Summary) -> str:
             f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
         ),
         *_about_links(summary.paths),
+        *_about_distance(summary.closest),
         f"digest {summary.digest}",
     ]
     lines += _warnings(summary)
@@ -218,6 +223,12 @@ def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:
         main += f" and {others} other reasons" if others > 0 else ""
         lines.append(f"{100 * lost.total() / outcomes:.1f} % of {outcomes} receptions lost: {main}")
     return lines
+
+
+def _about_distance(closest: Approach | None) -> list[str]:
+    if closest is None:
+        return []
+    return [f"closest approach {closest.distance_m:.1f} m, {' and '.join(closest.craft)} at {closest.t_s:.0f} s"]
 
 
 def _warnings(summary: Summary) -> list[str]:

@@ -1,4 +1,4 @@
-"""A mate on its own path: how far it has come, how fast it is, and its speed error.
+"""Estimators of the mates on their own paths, which know that a mate has a speed error.
 
 A craft that keeps its track moves in one dimension. State x = [s, v, β]: distance along the plan (m), speed (m/s), and
 speed error as a share of the speed ordered. With u the mate's own order (eq. 2) at its progress, and its surge loop,
@@ -8,154 +8,39 @@ speed error as a share of the speed ordered. With u the mate's own order (eq. 2)
 The Jacobian contains ∂u/∂s: the mate corrects itself by its true progress, and so an error of s dies out as its own
 coordination does. β is a Gauss–Markov process of given deviation and time constant, which makes its process noise;
 v has a small one for what is unknown of u. A message measures s and v.
+
+The filters of all mates are rows of arrays (`along_track_rows`), so that fifty cost little more than three.
 """
 
 import math
-from bisect import bisect_right
 from collections.abc import Sequence
-from itertools import accumulate
 
-import numpy as np
-
-from grex_agent.coordination import SpeedController
-from grex_agent.gaussian import Gaussian, propagate, update
+from grex_agent.gaussian import Gaussian, update
 from grex_agent.mission import CraftPlan
-from grex_agent.team.interface import TeamContext
-from grex_agent.team.levels import FirstLevelOf, SecondLevelOf
-from grex_agent.team.mate import MateModel
-from grex_link.config import SpeedModelConfig
+from grex_agent.team.along_track_rows import AlongTrackRows
+from grex_agent.team.interface import Own, Report, TeamContext
+from grex_agent.team.path_length import PathLength
+from grex_agent.team.speed_model import SpeedModel
+from grex_link.messages import MateBelief
 from grex_link.wire import TeamState
 
-_NUDGE = 1e-3
-#: Variance of a Θ told in steps of 1/4095.
-_THETA_VARIANCE = (1.0 / 4095.0) ** 2 / 12.0
 
-
-class PathLength:
-    """A plan as one line: distance along it, and progress (track number plus Θ).
-
-    Parameters
-    ----------
-    plan : CraftPlan
-        The tracks.
-    """
-
-    def __init__(self, plan: CraftPlan) -> None:
-        self.tracks = plan.tracks
-        self._point = plan.point
-        self._starts = [0.0, *accumulate(track.length_m for track in plan.tracks)][:-1]
-
-    def number(self, distance_m: float) -> int:
-        """Find the number of the track at a distance; the first and the last one go on beyond their ends."""
-        return max(bisect_right(self._starts, distance_m) - 1, 0)
-
-    def progress(self, distance_m: float) -> float:
-        """Track number plus Θ at a distance."""
-        number = self.number(distance_m)
-        return number + (distance_m - self._starts[number]) / self.tracks[number].length_m
-
-    def point(self, distance_m: float) -> tuple[float, float]:
-        """North and east of the plan at a distance, metres."""
-        return self._point(self.progress(distance_m))
-
-    def told(self, message: TeamState) -> tuple[float, float]:
-        """Distance that a message tells, and its variance: Θ's, where it is not cut off at 0 or 1."""
-        number = min(message.track, len(self.tracks) - 1)
-        track, theta = self.tracks[number], message.theta
-        if not 0.0 < theta < 1.0:
-            theta = track.locate(message.north_m, message.east_m).theta
-        variance = message.sigma_m**2 + _THETA_VARIANCE * track.length_m**2
-        return self._starts[number] + theta * track.length_m, variance
-
-
-class SpeedModel:
-    """How a mate's speed follows what it orders, with an error that wanders.
-
-    Parameters
-    ----------
-    config : SpeedModelConfig
-        Lag, limits and noises.
-    """
-
-    def __init__(self, config: SpeedModelConfig) -> None:
-        self.config = config
-
-    def step(self, speed: float, ordered: float, error: float, dt: float) -> tuple[float, tuple[float, float, float]]:
-        """Speed after `dt`, and its derivatives by speed, ordered speed and error."""
-        config = self.config
-        gain = 1.0 - math.exp(-dt / config.lag_s) if config.lag_s > 0.0 else 1.0
-        change, most = gain * ((1.0 + error) * ordered - speed), config.acceleration_max_mps2 * dt
-        if abs(change) > most:
-            return speed + math.copysign(most, change), (1.0, 0.0, 0.0)
-        return speed + change, (1.0 - gain, gain * (1.0 + error), gain * ordered)
-
-    def fading(self, dt: float) -> tuple[float, float]:
-        """Share of the error that is left after `dt`, and the variance that comes in."""
-        keep = math.exp(-dt / self.config.error_time_s)
-        return keep, self.config.error_relative**2 * (1.0 - keep * keep)
-
-    def hear_speed(self, x: Gaussian, told: float, expected: float, ordered: float, speed: int, error: int) -> Gaussian:
-        """Work in a told speed; one that is far off means that the error has changed at once, and frees it."""
-        variance = self.config.told_sigma_mps**2
-        surprise = told - expected
-        if surprise**2 > self.config.surprise**2 * (float(x.covariance[speed, speed]) + variance):
-            freed = x.covariance.copy()
-            freed[speed, speed] += surprise**2
-            freed[error, error] += (surprise / ordered) ** 2
-            freed[speed, error] += surprise**2 / ordered
-            freed[error, speed] = freed[speed, error]
-            x = Gaussian(x.mean, freed)
-        return update(x, speed, surprise, variance)
-
-
-class AlongTrackMate:
-    """The filter of one mate; see `MateModel`.
+class AlongTrackUpdate:
+    """What a message does to the state of one mate.
 
     Parameters
     ----------
     plan : CraftPlan
         The mate's tracks.
-    controller : SpeedController
-        Its coordination law.
-    config : SpeedModelConfig
+    speed : SpeedModel
         How it keeps its speed.
-    start_variance_m2 : float
-        Of its place at the beginning.
     """
 
-    def __init__(
-        self, plan: CraftPlan, controller: SpeedController, config: SpeedModelConfig, start_variance_m2: float
-    ) -> None:
+    def __init__(self, plan: CraftPlan, speed: SpeedModel) -> None:
         self._path = PathLength(plan)
-        self._controller = controller
-        self._speed = SpeedModel(config)
-        self._start_variance = start_variance_m2
+        self._speed = speed
 
-    def start(self) -> Gaussian:
-        """At the start of the plan, at planned speed."""
-        config = self._speed.config
-        variances = self._start_variance, config.told_sigma_mps**2, config.error_relative**2
-        return Gaussian((0.0, self._path.tracks[0].speed_mps, 0.0), np.diag(variances))
-
-    def predict(self, state: Gaussian, others: Sequence[float], dt: float) -> Gaussian:
-        """Predict over `dt` seconds; the input is the speed that the mate would order."""
-        distance, speed, error = state.mean
-        ordered, slope = self._order(distance, others)
-        after, (by_speed, by_order, by_error) = self._speed.step(speed, ordered, error, dt)
-        keep, error_noise = self._speed.fading(dt)
-        half, by_distance = dt / 2.0, by_order * slope
-        jacobian = np.array(
-            [
-                [1.0 + half * by_distance, half * (1.0 + by_speed), half * by_error],
-                [by_distance, by_speed, by_error],
-                [0.0, 0.0, keep],
-            ]
-        )
-        noise = np.diag((0.0, self._speed.config.noise_mps**2 * dt, error_noise))
-        mean = distance + half * (speed + after), after, keep * error
-        return propagate(mean, state.covariance, jacobian, noise)
-
-    def update(self, state: Gaussian, message: TeamState) -> Gaussian:
+    def __call__(self, state: Gaussian, message: TeamState) -> Gaussian:
         """Work in the distance told, and the speed if the message has one."""
         if message.form == "full":
             planned = self._path.tracks[self._path.number(state.mean[0])].speed_mps
@@ -163,33 +48,110 @@ class AlongTrackMate:
         distance, variance = self._path.told(message)
         return update(state, 0, distance - state.mean[0], variance)
 
-    def progress(self, state: Gaussian) -> float:
-        """Track number plus Θ."""
-        return self._path.progress(state.mean[0])
 
-    def position(self, state: Gaussian) -> tuple[float, float, float]:
-        """On the plan at that distance, and the deviation along it."""
-        return (*self._path.point(state.mean[0]), math.sqrt(state.covariance[0, 0]))
+class AlongTrackFirst:
+    """Along-track filters of the mates; they are taken to know the own present position (as in case c).
 
-    def _order(self, distance: float, others: Sequence[float]) -> tuple[float, float]:
-        """Speed that the mate orders, and how that changes with its distance."""
-        track = self._path.tracks[self._path.number(distance)]
-        progress = self._path.progress(distance)
-        ordered = self._controller.speed(track.speed_mps, progress, others)
-        nudged = self._controller.speed(track.speed_mps, progress + _NUDGE, others)
-        return ordered, (nudged - ordered) / (_NUDGE * track.length_m)
+    Parameters
+    ----------
+    context : TeamContext
+        Plan and parameters.
+    """
 
-
-class AlongTrackFirst(FirstLevelOf):
-    """Along-track filters of the mates."""
-
-    def model(self, context: TeamContext, plan: CraftPlan) -> MateModel[Gaussian]:
-        """Build the along-track filter of a mate."""
+    def __init__(self, context: TeamContext) -> None:
+        self._context = context
+        self._mates = [craft for craft in context.plan.craft if craft != context.craft]
+        self._row_of = {craft: row for row, craft in enumerate(self._mates)}
+        self._heard_s = [math.nan] * len(self._mates)
         team = context.scenario.team
-        return AlongTrackMate(plan, context.controller, team.speed_model, team.kalman.fix_sigma_m**2)
+        speed = SpeedModel(team.speed_model)
+        plans = [context.plan.craft[craft] for craft in self._modelled()]
+        updates = [AlongTrackUpdate(plan, speed) for plan in plans]
+        self._rows = AlongTrackRows(
+            plans,
+            updates,
+            context.controller,
+            speed,
+            start_variance_m2=team.kalman.fix_sigma_m**2,
+            memory_s=team.kalman.memory_s,
+            tick_s=context.scenario.clock.tick_s,
+        )
+
+    def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
+        """Advance, work in what was heard, and say what is believed; see `TeamEstimator`."""
+        del sent
+        self._advance(now_s, heard)
+        self._rows.drive(own.progress)
+        return self._beliefs(now_s)
+
+    def prepare(self, next_s: float) -> None:
+        """Predict to the time of the next step in advance; see `TeamEstimator`."""
+        self._rows.advance(next_s)
+
+    # -- inside -------------------------------------------------------------------------------------------------
+
+    def _modelled(self) -> list[str]:
+        return self._mates
+
+    def _advance(self, now_s: float, heard: Sequence[Report]) -> None:
+        self._rows.advance(now_s)
+        for report in heard:
+            row = self._row_of[report.craft]
+            if self._rows.correct(row, report.state):
+                before = self._heard_s[row]
+                self._heard_s[row] = report.state.t_s if math.isnan(before) else max(before, report.state.t_s)
+
+    def _beliefs(self, now_s: float) -> list[MateBelief]:
+        rows = self._rows
+        north, east = rows.points()
+        numbers = zip(
+            self._mates,
+            north.tolist(),
+            east.tolist(),
+            rows.progress.tolist(),
+            rows.sigma_m.tolist(),
+            self._heard_s,
+            strict=False,  # a row of oneself comes after those of the mates
+        )
+        return [
+            MateBelief(craft, north_m, east_m, progress, sigma_m, -1.0 if math.isnan(heard_s) else now_s - heard_s)
+            for craft, north_m, east_m, progress, sigma_m, heard_s in numbers
+        ]
 
 
-class AlongTrack(SecondLevelOf):
-    """Along-track filters of the mates, and of oneself as they see it."""
+class AlongTrack(AlongTrackFirst):
+    """Besides, what the mates think of oneself: the last row (as in case d, see `grex_agent.team.levels`).
 
-    model = AlongTrackFirst.model
+    Parameters
+    ----------
+    context : TeamContext
+        Plan and parameters.
+    """
+
+    def __init__(self, context: TeamContext) -> None:
+        super().__init__(context)
+        self._own_progress = 0.0
+
+    @property
+    def doubt_m(self) -> float:
+        """How far the mates are thought to be wrong about the own place, metres along the path."""
+        tracks = self._context.plan.craft[self._context.craft].tracks
+        track = tracks[min(max(int(self._own_progress), 0), len(tracks) - 1)]
+        return abs(self._own_progress - float(self._rows.progress[-1])) * track.length_m
+
+    @property
+    def owes(self) -> bool:
+        """Whether something is to be said in any case: nothing ever is."""
+        return False
+
+    def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
+        """Advance, work in what was heard and sent, and say what is believed; see `TeamEstimator`."""
+        self._own_progress = own.progress
+        self._advance(now_s, heard)
+        for state in sent:
+            self._rows.correct(len(self._mates), state)
+        self._rows.drive(None)
+        return self._beliefs(now_s)
+
+    def _modelled(self) -> list[str]:
+        return [*self._mates, self._context.craft]

@@ -13,11 +13,11 @@ import numpy as np
 
 from grex_agent.gaussian import Gaussian, propagate, update
 from grex_agent.mission import CraftPlan
-from grex_agent.team.along_track import SpeedModel
 from grex_agent.team.interface import TeamContext
 from grex_agent.team.levels import FirstLevelOf, SecondLevelOf
 from grex_agent.team.mate import MateModel
 from grex_agent.team.planar import Follower, Stand, follower_of
+from grex_agent.team.speed_model import SpeedModel
 from grex_link.config import TeamConfig
 from grex_link.wire import TeamState
 

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import msgspec
 
 from grex_agent.mission import CraftPlan
-from grex_agent.team.along_track import PathLength
 from grex_agent.team.interface import TeamContext
 from grex_agent.team.levels import FirstLevelOf
 from grex_agent.team.mate import MateModel
+from grex_agent.team.path_length import PathLength
 from grex_link.wire import TeamState
 
 

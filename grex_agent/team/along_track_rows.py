@@ -1,0 +1,323 @@
+"""Along-track filters as rows of arrays, with a history that takes messages however late they are.
+
+All rows are predicted together, step by step. A message concerns one row: it is worked in at the time it speaks of, and
+that row alone is done anew from there, with every other message at its own place. So the result does not depend on the
+order of arrival (GREX 2008, eq. 11), and what a message costs does not depend on the number of rows.
+
+Everybody is driven by the progress of everybody else. Of that only a sum and the single values are kept for each step,
+so that the laws that need no more (`speeds`) cost the same for every row.
+"""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from itertools import islice, pairwise
+from operator import attrgetter
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from grex_agent.coordination import SpeedController, TeamSpeeds
+from grex_agent.gaussian import Gaussian
+from grex_agent.mission import CraftPlan
+from grex_agent.team.path_length import Located, PathLengths
+from grex_agent.team.speed_model import SpeedModel
+from grex_link.wire import TeamState
+
+Array = npt.NDArray[np.float64]
+#: What a message does to the state of its row.
+Update = Callable[[Gaussian, TeamState], Gaussian]
+
+_SAME_TIME_S = 1e-6
+#: Step of progress over which the law is differentiated.
+_NUDGE = 1e-3
+_HERE_AND_FURTHER = np.array([[0.0], [_NUDGE]])
+#: Where the upper triangle is in a matrix of nine numbers, and where the matrix is in a column of `Step.x`.
+_UPPER = [0, 1, 2, 4, 5, 8]
+_FULL = [3, 4, 5, 4, 6, 7, 5, 7, 8]
+
+
+class Others(NamedTuple):
+    """How far everybody was when a step was done."""
+
+    progress: Array
+    """Of the rows, shape (n,)."""
+    own: float | None
+    """Of oneself, where oneself is no row."""
+    total: float
+    """Sum of all."""
+
+    @property
+    def mates(self) -> int:
+        """How many others each row has."""
+        return len(self.progress) - (self.own is None)
+
+    def of(self, row: int) -> list[float]:
+        """Progress of the others of a row, one by one."""
+        own = [] if self.own is None else [self.own]
+        progress = self.progress.tolist()
+        return [*own, *progress[:row], *progress[row + 1 :]]
+
+
+class Said(msgspec.Struct):
+    """A message at its place in the history of its row."""
+
+    t_s: float
+    message: TeamState
+    prior: Gaussian
+    """State before it, once it has been worked in."""
+
+
+class Step(msgspec.Struct):
+    """All rows at one time, after what was said of that time."""
+
+    t_s: float
+    x: Array
+    """Shape (9, n): s, v, β of each row, and the upper triangle of their covariance: ss, sv, sβ, vv, vβ, ββ."""
+    others: Others | None = None
+    """None before anybody was driven: then each goes at planned speed."""
+    said: dict[int, list[Said]] = {}
+    """For a row what it said of this time and of times before the next step, in order."""
+
+    def row(self, row: int) -> Gaussian:
+        """State of a row."""
+        return _unpacked(self.x[:, row])
+
+    def put(self, row: int, state: Gaussian) -> None:
+        """Replace the state of a row."""
+        self.x[:, row] = _packed(state)
+
+
+def _packed(state: Gaussian) -> Array:
+    return np.concatenate((state.mean, state.covariance.ravel()[_UPPER]))
+
+
+def _unpacked(column: Array) -> Gaussian:
+    return Gaussian(tuple(column[:3].tolist()), column[_FULL].reshape(3, 3))
+
+
+class AlongTrackRows:
+    """The along-track filters of several craft.
+
+    Parameters
+    ----------
+    plans : sequence of CraftPlan
+        Whose tracks each row is on.
+    updates : sequence of Update
+        What a message does to each row.
+    controller : SpeedController
+        The law they all follow; if it has a method `speeds`, that is used for all rows at once.
+    speed : SpeedModel
+        How they keep their speed.
+    start_variance_m2 : float
+        Of their places at the beginning.
+    memory_s, tick_s : float
+        How far back a message may reach, and the length of a step.
+    """
+
+    def __init__(
+        self,
+        plans: Sequence[CraftPlan],
+        updates: Sequence[Update],
+        controller: SpeedController,
+        speed: SpeedModel,
+        *,
+        start_variance_m2: float,
+        memory_s: float,
+        tick_s: float,
+    ) -> None:
+        self._paths = PathLengths(plans)
+        self._updates = updates
+        self._law = controller
+        self._law_of_all = controller.speeds if isinstance(controller, TeamSpeeds) else None
+        self._speed = speed
+        self._memory_s = memory_s
+        self._tick_s = tick_s
+        config = speed.config
+        x = np.zeros((9, len(plans)))
+        x[1] = [plan.tracks[0].speed_mps for plan in plans]
+        x[3], x[6], x[8] = start_variance_m2, config.told_sigma_mps**2, config.error_relative**2
+        self._history = deque([Step(0.0, x)])
+        self._located: Located | None = None
+
+    @property
+    def progress(self) -> Array:
+        """Track number plus Θ of each row now, shape (n,)."""
+        return self._locate().progress
+
+    @property
+    def sigma_m(self) -> Array:
+        """Standard deviation of the distance along the plan of each row now, shape (n,)."""
+        sigma: Array = np.sqrt(self._history[-1].x[3])
+        return sigma
+
+    def state(self, row: int) -> Gaussian:
+        """[s, v, β] of a row now, with covariance."""
+        return self._history[-1].row(row)
+
+    def points(self) -> tuple[Array, Array]:
+        """North and east of each row now, metres: on its plan."""
+        return self._locate().points()
+
+    def advance(self, now_s: float) -> None:
+        """Predict all rows up to a time (KF 1), in steps of a tick where more has passed.
+
+        A prediction that was made in advance, for a later time than it turns out to be, is taken back.
+        """
+        history = self._history
+        while history[-1].t_s > now_s + _SAME_TIME_S and len(history) > 1:
+            history.pop()
+            self._located = None
+        while now_s - history[-1].t_s > 1.5 * self._tick_s:
+            self._append(history[-1].t_s + self._tick_s)
+        if now_s - history[-1].t_s > _SAME_TIME_S:
+            self._append(now_s)
+        while now_s - history[0].t_s > self._memory_s:
+            history.popleft()
+
+    def drive(self, own: float | None) -> None:
+        """Let everybody know how far the others are; it holds until told anew.
+
+        Parameters
+        ----------
+        own : float or None
+            How far oneself is; None if oneself is a row.
+        """
+        progress = self.progress
+        total = float(progress.sum()) + (0.0 if own is None else own)
+        self._history[-1].others = Others(progress, own, total)
+
+    def correct(self, row: int, message: TeamState) -> bool:
+        """Work a message into a row at the time it speaks of, and recalculate that row from there (KF 2).
+
+        Returns
+        -------
+        bool
+            False if it speaks of a time too long ago, or of the future.
+        """
+        index = self._place_for(message.t_s)
+        if index is None:
+            return False
+        step = self._history[index]
+        newest = index == len(self._history) - 1
+        self._put_in(step, row, message, step.t_s if newest else message.t_s)
+        self._recalculate(index, row)
+        self._located = None
+        return True
+
+    # -- prediction ---------------------------------------------------------------------------------------------
+
+    def _locate(self) -> Located:
+        if self._located is None:
+            self._located = self._paths.locate(self._history[-1].x[0])
+        return self._located
+
+    def _append(self, t_s: float) -> None:
+        last, located = self._history[-1], self._locate()
+        x = self._predict(last.x, self._order_all(located, last.others), t_s - last.t_s, located)
+        self._history.append(Step(t_s, x, last.others))
+        self._located = None
+
+    def _predict_row(self, row: int, state: Gaussian, others: Others | None, dt: float) -> Gaussian:
+        x = _packed(state)[:, None]
+        located = self._paths.locate_row(row, state.mean[0])
+        return _unpacked(self._predict(x, self._one_by_one([row], located, others), dt, located)[:, 0])
+
+    def _predict(self, x: Array, orders: Array, dt: float, located: Located) -> Array:
+        """Predict some rows over `dt` seconds: the new mean by the model, J P Jᵀ + Q written out.
+
+        With v' = λ·x the new speed, linearised, the new distance is q + dt/2·v', where q = s + dt/2·v.
+        """
+        ordered, nudged = orders
+        after, by_speed, by_order, by_error = self._speed.step_all(x[1], ordered, x[2], dt)
+        keep, error_noise = self._speed.fading(dt)
+        half = dt / 2.0
+        slopes = np.empty((3, x.shape[1]))  # λ
+        slopes[0] = by_order * (nudged - ordered) / (_NUDGE * located.length_m)
+        slopes[1], slopes[2] = by_speed, by_error
+        before = x[_FULL].reshape(3, 3, -1)
+        with_speed = (before * slopes).sum(axis=1)  # cov(x, v')
+        variance = (with_speed * slopes).sum(axis=0)  # var(v')
+        with_q = before[0] + half * before[1]  # cov(x, q)
+        q_speed = with_speed[0] + half * with_speed[1]  # cov(q, v')
+        new = np.empty_like(x)
+        new[0] = x[0] + half * (x[1] + after)
+        new[1] = after
+        new[2] = keep * x[2]
+        new[3] = with_q[0] + half * (with_q[1] + 2.0 * q_speed + half * variance)
+        new[4] = q_speed + half * variance
+        new[5] = keep * (with_q[2] + half * with_speed[2])
+        new[6] = variance + self._speed.config.noise_mps**2 * dt
+        new[7] = keep * with_speed[2]
+        new[8] = keep * keep * x[8] + error_noise
+        return new
+
+    def _order_all(self, located: Located, others: Others | None) -> Array:
+        """Speeds that all rows order, and those they would order a little further on; shape (2, n)."""
+        progress = located.progress
+        if self._law_of_all is None:
+            return self._one_by_one(range(len(progress)), located, others)
+        here_and_further = progress + _HERE_AND_FURTHER
+        if others is None:
+            return self._law_of_all(located.planned_mps, here_and_further, np.zeros_like(progress), 0)
+        return self._law_of_all(located.planned_mps, here_and_further, others.total - others.progress, others.mates)
+
+    def _one_by_one(self, rows: Sequence[int], located: Located, others: Others | None) -> Array:
+        law, orders = self._law.speed, np.empty((2, len(rows)))
+        for place, row in enumerate(rows):
+            planned, progress = float(located.planned_mps[place]), float(located.progress[place])
+            mates = [] if others is None else others.of(row)
+            orders[:, place] = law(planned, progress, mates), law(planned, progress + _NUDGE, mates)
+        return orders
+
+    # -- messages -----------------------------------------------------------------------------------------------
+
+    def _place_for(self, t_s: float) -> int | None:
+        """Index of the last step that is not after a time."""
+        history = self._history
+        index = len(history) - 1
+        while index >= 0 and history[index].t_s > t_s + _SAME_TIME_S:
+            index -= 1
+        if index < 0 or t_s > history[-1].t_s + self._tick_s:
+            return None
+        return index
+
+    def _put_in(self, step: Step, row: int, message: TeamState, t_s: float) -> None:
+        """Put a message among those said between a step and the next; it takes the place of one of the same time."""
+        said = step.said.setdefault(row, [])
+        for other in said:
+            if abs(other.t_s - t_s) <= _SAME_TIME_S:
+                other.message = message
+                return
+        said.append(Said(t_s, message, step.row(row)))
+        said.sort(key=attrgetter("t_s"))
+
+    def _recalculate(self, index: int, row: int) -> None:
+        """Go through the history of a row from a step on, with every message at its place."""
+        entries = list(islice(self._history, index, None))
+        first = entries[0].said[row][0]
+        state = first.prior if first.t_s <= entries[0].t_s + _SAME_TIME_S else entries[0].row(row)
+        state = self._at(entries[0], row, state)
+        for entry, following in pairwise(entries):
+            state, t_s = self._between(entry, row, state)
+            state = self._predict_row(row, state, entry.others, following.t_s - t_s)
+            state = self._at(following, row, state)
+
+    def _at(self, step: Step, row: int, state: Gaussian) -> Gaussian:
+        """Work in what was said of the time of a step, and note the state."""
+        for said in step.said.get(row, ()):
+            if said.t_s <= step.t_s + _SAME_TIME_S:
+                said.prior = state
+                state = self._updates[row](state, said.message)
+        step.put(row, state)
+        return state
+
+    def _between(self, step: Step, row: int, state: Gaussian) -> tuple[Gaussian, float]:
+        """Work in what was said of times after a step; return the state, and the time it has come to."""
+        t_s = step.t_s
+        for said in step.said.get(row, ()):
+            if said.t_s > step.t_s + _SAME_TIME_S:
+                said.prior = self._predict_row(row, state, step.others, said.t_s - t_s)
+                state, t_s = self._updates[row](said.prior, said.message), said.t_s
+        return state, t_s
