@@ -10,12 +10,12 @@ from typing import Any
 from grex_agent.coordination import SpeedController, check_unbiased, load_controller
 from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.messenger import Talk
+from grex_agent.mission import TeamPlan
 from grex_agent.reference_talk import ReferenceTalk
 from grex_agent.shared_reference import SharedReference
 from grex_agent.talk_policy import TalkPolicy, make_policy
-from grex_agent.team.interface import TeamContext, TeamEstimator, load_estimator
+from grex_agent.team.interface import TeamContext, load_estimator
 from grex_agent.tell import TeamTalk
-from grex_agent.mission import TeamPlan
 from grex_link import reference_wire
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
@@ -34,8 +34,8 @@ class Coordination:
     ----------
     controller : SpeedController
         Orders the speed.
-    estimator : TeamEstimator
-        Says what is believed of the mates.
+    estimator : TeamEstimator or SharedReference
+        Says what is believed of the mates; it takes what the talk gives.
     talk : Talk
         Packs what is told, and reads.
     policy : TalkPolicy
@@ -45,7 +45,7 @@ class Coordination:
     """
 
     controller: SpeedController
-    estimator: TeamEstimator
+    estimator: Any
     talk: Talk
     policy: TalkPolicy
     message_bytes: int
@@ -82,8 +82,8 @@ def _by_reference(scenario: Scenario, craft: str, plan: TeamPlan, profile: Modem
     if 8 * size > profile.bits_max:
         raise ConfigError(
             "$.team.controller",
-            f"'{SHARED_REFERENCE}' tells {size} bytes in a team of {len(plan.craft)}, and {scenario.link.profile} carries "
-            f"{profile.bits_max} bits; take another profile, or controller 'theta_p'",
+            f"'{SHARED_REFERENCE}' tells {size} bytes in a team of {len(plan.craft)}, and {scenario.link.profile} "
+            f"carries {profile.bits_max} bits; take another profile, or controller 'theta_p'",
         )
     reference = SharedReference(scenario, craft, plan)
     talk = ReferenceTalk(craft, list(plan.craft), reference)

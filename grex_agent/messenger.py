@@ -5,7 +5,6 @@ from typing import Any, Protocol
 
 from grex_agent.mission import TeamPlan, range_max_m
 from grex_agent.modem.port import ModemPort
-from grex_agent.team.interface import Report
 from grex_agent.talk_policy import TalkPolicy
 from grex_link.config import Scenario
 from grex_link.errors import WireError
@@ -33,7 +32,7 @@ class Talk(Protocol):
     def pack(self, told: Any, form: Form | None = None) -> tuple[bytes, Any]:
         """Pack it: what goes on the air, and what the mates will read. Raises WireError if it cannot be told."""
 
-    def read(self, event: Received, now_s: float) -> Report | None:
+    def read(self, event: Received, now_s: float) -> Any:
         """Read what was heard; None, and counted, if it is nothing of the kind."""
 
 
@@ -97,10 +96,10 @@ class Messenger:
         """Take a modem event; it counts when `take` is called."""
         self._events.append(event)
 
-    def take(self, now_ns: int) -> tuple[list[Any], list[Report]]:
+    def take(self, now_ns: int) -> tuple[list[Any], list[Any]]:
         """Take what has been sent and heard since the last time."""
         sent: list[Any] = []
-        heard: list[Report] = []
+        heard: list[Any] = []
         happenings = [happening for event in self._events for happening in self._port.on_event(event)]
         self._events.clear()
         for happening in [*happenings, *self._port.take_events()]:

@@ -23,7 +23,9 @@ class PlanTime:
     def __init__(self, plan: TeamPlan) -> None:
         self._craft: Mapping[str, CraftPlan] = plan.craft
         together = zip(*(craft.tracks for craft in plan.craft.values()), strict=True)
-        self._durations = [max(track.length_m / track.speed_mps for track in tracks) for tracks in together]
+        self._durations: list[float] = [
+            max(track.length_m / track.speed_mps for track in tracks) for tracks in together
+        ]
         self._starts = [0.0, *accumulate(self._durations)][:-1]
 
     def at(self, progress: float) -> float:
@@ -43,7 +45,8 @@ class PlanTime:
     def speed(self, craft: str, plan_s: float) -> float:
         """Speed over ground that the plan needs of a craft at a plan time, m/s."""
         number = self.number(plan_s)
-        return self._craft[craft].tracks[number].length_m / self._durations[number]
+        length_m: float = self._craft[craft].tracks[number].length_m
+        return length_m / self._durations[number]
 
     def point(self, craft: str, plan_s: float) -> tuple[float, float]:
         """Planned place of a craft at a plan time, north and east, metres."""

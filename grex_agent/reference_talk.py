@@ -2,8 +2,7 @@
 
 import msgspec
 
-from grex_agent.shared_reference import SharedReference
-from grex_agent.team.interface import Report
+from grex_agent.shared_reference import Heard, SharedReference
 from grex_link import reference_wire
 from grex_link.errors import WireError
 from grex_link.messages import Received
@@ -46,7 +45,7 @@ class ReferenceTalk:
         payload = reference_wire.pack(word)
         return payload, reference_wire.unpack(payload, len(self._team), word.t_s, word.hold_s)
 
-    def read(self, event: Received, now_s: float) -> Report | None:
+    def read(self, event: Received, now_s: float) -> Heard | None:
         """Read what was heard; None, and counted, if it is no word of a mate."""
         try:
             word = reference_wire.unpack(event.payload, len(self._team), now_s, self._reference.hold_s)
@@ -60,4 +59,4 @@ class ReferenceTalk:
         if word.t_s > now_s:
             # The mate's clock is ahead of ours. It cannot be from the future, so it counts as of now.
             word = msgspec.structs.replace(word, t_s=now_s)
-        return Report(event.source, word)
+        return Heard(event.source, word)

@@ -4,16 +4,17 @@
 
 y is the speed of the reference, τ_own the plan time of the own place, and v' what the plan needs at the place where the
 craft will be when its surge has followed. No estimator of the mates is in the loop: what is believed of them comes from
-their words. A craft that has fallen behind and does not catch up finds out what speed it can make, tells it, and goes on
-trying to run at planned speed until it can.
+their words. A craft that has fallen behind and does not catch up finds out what speed it can make, tells it, and goes
+on trying to run at planned speed until it can. The law has no integral that could wind up, and keeps the speed limits.
 """
 
 from collections import deque
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from grex_agent.mission import TeamPlan
 from grex_agent.plan_time import PlanTime
-from grex_agent.team.interface import Own, Report
+from grex_agent.team.interface import Own
 from grex_agent.team_reference import TeamReference
 from grex_link.config import Scenario
 from grex_link.messages import MateBelief
@@ -25,6 +26,13 @@ _WINDOW_S = 5.0
 _KEEPS_UP = 0.97
 #: A limit is told anew when it is off by more.
 _LIMIT_OFF_MPS = 1.5 * LIMIT_STEP_MPS
+
+
+class Heard(NamedTuple):
+    """A word of the reference and whose it is."""
+
+    craft: str
+    word: ReferenceWord
 
 
 class OwnAbility:
@@ -86,6 +94,7 @@ class SharedReference:
         self._time = PlanTime(plan)
         self._config = team.reference
         self._ahead_s = team.speed_model.lag_s
+        self._speed_min_mps, self._speed_max_mps = team.speed_min_mps, team.speed_max_mps
         self._reference = TeamReference(self._craft, self._time, self._team, self._config)
         self._ability = OwnAbility(self._time, self._craft, self._config.deadband_s)
         self._now_s = self._own_plan_s = 0.0
@@ -94,9 +103,7 @@ class SharedReference:
 
     # -- as an estimator ----------------------------------------------------------------------------------------
 
-    def step(
-        self, now_s: float, own: Own, sent: Sequence[ReferenceWord], heard: Sequence[Report]
-    ) -> list[MateBelief]:
+    def step(self, now_s: float, own: Own, sent: Sequence[ReferenceWord], heard: Sequence[Heard]) -> list[MateBelief]:
         """Run the reference on to a time, take what was sent and heard, and say where the mates are thought to be."""
         reference = self._reference
         reference.advance(now_s)
@@ -135,11 +142,12 @@ class SharedReference:
     def speed(self, planned_mps: float, own: float, mates: Sequence[float]) -> float:
         """Order a speed; see `SpeedController`."""
         del planned_mps, own, mates
-        # Who cannot keep up goes on trying, even if that should lead ahead of the reference: only so it sees that it can.
+        # Who cannot keep up goes on trying, even ahead of the reference: only so it sees that it can.
         tries = self._ability.limit_mps is not None
         lag_s = min(self.lag_s, 0.0) if tries else self.lag_s
         share = (1.0 if tries else self._reference.rate) - self._config.gain_per_s * lag_s
-        return share * self._time.speed(self._craft, self._own_plan_s + share * self._ahead_s)
+        speed = share * self._time.speed(self._craft, self._own_plan_s + share * self._ahead_s)
+        return min(max(speed, self._speed_min_mps), self._speed_max_mps)
 
     # -- what is told -------------------------------------------------------------------------------------------
 

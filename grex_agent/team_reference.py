@@ -3,11 +3,11 @@
 The reference is the plan, held back: its plan time is τ = t - H, and the *hold* H never shrinks, so that Θ of the
 reference never runs backwards. Two things make H grow:
 
-* a craft that cannot keep up tells the speed c it can make; the reference then runs at y = min(1, c / v'), v' being the
-  speed that the plan needs of that craft, and so its lag does not grow while nothing is heard;
-* a craft that has fallen behind asks for the hold W = H - lag that it needs; H follows it, at k·(W - H) and never so fast
-  that the reference runs at less than y_min. Every word also asks for the hold that its sender has itself, and so all
-  copies come to agree on the greatest.
+* a craft that cannot keep up tells the speed c it can make; the reference then runs at y = min(1, c / v'), v' being
+  the speed that the plan needs of that craft, and so its lag does not grow while nothing is heard;
+* a craft that has fallen behind asks for the hold W = H - lag that it needs; H follows it, at k·(W - H) and never so
+  fast that the reference runs at less than y_min. Every word also asks for the hold that its sender has itself, and so
+  all copies come to agree on the greatest.
 
 Both last from a craft's word until its next one. A word counts at the sender, too, only when it has left: then the
 mates have it, if they have it. A mate that has been silent for long is no longer waited for; what it has held back so

@@ -14,8 +14,8 @@ version    3     1 … 7 in turn, of the newest word of that craft's limit; 0: n
 limit      6     0.05 m/s; 63: none
 =========  ====  ==========================================================================
 
-That is 9 bytes for three craft, and 9 bits for each more. Where the length would be that of a team state, for two and for
-eight craft, a byte of zeros is added.
+That is 9 bytes for three craft, and 9 bits for each more. Where the length would be that of a team state, for two and
+for eight craft, a byte of zeros is added.
 """
 
 import math
