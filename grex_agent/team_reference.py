@@ -146,19 +146,14 @@ class TeamReference:
 
     def _step(self, dt: float) -> None:
         loss_s, more_s = self._growth(dt)
-        plan_s = self.plan_s
-        self._now_s += dt
-        self.hold_s += more_s
+        left = math.exp(-self._config.gain_per_s * dt)
         for craft, told in self._told.items():
             told.asked_s += loss_s
-            self._carry_on(craft, told, plan_s, dt)
-
-    def _carry_on(self, craft: str, told: Told, plan_s: float, dt: float) -> None:
-        """Carry on where a craft is thought to be: it makes up its lag if it can."""
-        share = self._share(craft, plan_s)
-        if share < 1.0:
-            # It cannot be ahead of the reference, for it follows that.
-            told.behind_s = max(told.behind_s + (1.0 - share) * dt, self.hold_s)
-        else:
-            left = math.exp(-self._config.gain_per_s * dt)
-            told.behind_s = self.hold_s + (told.behind_s - self.hold_s) * left
+            lag_s = told.behind_s - self.hold_s
+            share = self._share(craft, self.plan_s)
+            # A craft makes up its lag if it can; if it cannot, it is carried on at its limit, never ahead of the rest.
+            limited_s = told.behind_s + (1.0 - share) * dt
+            followed_s = self.hold_s + more_s
+            told.behind_s = max(limited_s, followed_s) if share < 1.0 else followed_s + lag_s * left
+        self._now_s += dt
+        self.hold_s += more_s
