@@ -1,4 +1,4 @@
-"""Properties of the payload of the shared reference: whatever is packed comes back, whatever arrives is read or refused."""
+"""Properties of the payload of the shared reference: what is packed comes back, what arrives is read or refused."""
 
 import math
 

@@ -1,6 +1,7 @@
-"""The shared reference over whole missions, whatever is lost and whoever is slow: Θ never back, limits, no craft special."""
+"""The shared reference over missions, whatever is lost and whoever is slow: Θ never back, limits, no craft special."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -16,7 +17,7 @@ NS = 1_000_000_000
 FORMATION = {"a": (0.0, 0.0, 0.0), "b": (-6.0, -20.0, 0.0), "c": (-6.0, 20.0, 0.0)}
 #: Each craft's slot in a cycle of 12 s, whatever its place in the team; a message takes 4 s.
 SLOTS = {"a": 0, "b": 4, "c": 8}
-STEPS = 150
+STEPS = 120
 
 
 def scenario(order="abc", craft=None, talk="event", turn="starboard"):
@@ -71,9 +72,11 @@ def sail(config, heard, steps=STEPS):
             for request in (message for _, message in put if isinstance(message, Transmit)):
                 arrives = tick + 4 + SLOTS[name]
                 due.append((arrives, (name, name), name, TxEvent(request.seq, "SENT")))
-                for mate in order:
-                    if mate != name and heard(name, mate, request.seq):
-                        due.append((arrives, (mate, name), mate, Received(name, request.payload)))
+                due += [
+                    (arrives, (mate, name), mate, Received(name, request.payload))
+                    for mate in order
+                    if mate != name and heard(name, mate, request.seq)
+                ]
         water.advance(setpoints)
     return log, water.truth
 
@@ -105,7 +108,7 @@ def lossy(seed):
     return lambda source, mate, number: hash((seed, ord(source), ord(mate), number)) % 2 == 0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(fleet, losses, st.sampled_from(["event", "periodic"]), st.sampled_from(["starboard", "port"]))
 def test_whatever_happens(craft, seed, talk, turn):
     """Θ of the reference never runs back nor ahead of the plan, every order is within the limits, nothing is NaN."""
@@ -113,8 +116,8 @@ def test_whatever_happens(craft, seed, talk, turn):
     for steps in log.values():
         references = [reference for reference, *_ in steps]
         holds = [hold_s for *_, hold_s, _ in steps]
-        assert all(later >= earlier for earlier, later in zip(references, references[1:], strict=False))
-        assert all(0.0 <= later - earlier <= 0.7 + 1e-9 for earlier, later in zip(holds, holds[1:], strict=False))
+        assert all(later >= earlier for earlier, later in pairwise(references))
+        assert all(0.0 <= later - earlier <= 0.7 + 1e-9 for earlier, later in pairwise(holds))
         for _, setpoint, state, _, _ in steps:
             assert 0.3 <= setpoint.speed_mps <= 3.0
             assert math.isfinite(setpoint.course_rad)
@@ -126,7 +129,7 @@ def test_whatever_happens(craft, seed, talk, turn):
     assert all(math.isfinite(pose.north_m + pose.east_m) for pose in truth.poses)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(st.permutations("abc"), fleet, losses)
 def test_no_craft_is_special(order, craft, seed):
     """Naming the craft in another order moves each of them in the same way."""
@@ -136,7 +139,7 @@ def test_no_craft_is_special(order, craft, seed):
         assert (pose.north_m, pose.east_m, pose.surge_mps) == pytest.approx(places[pose.craft], abs=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(fleet)
 def test_in_silence_everybody_follows_the_clock(craft):
     """If nothing arrives nobody waits for anybody, not even the slow one for itself."""
@@ -144,13 +147,13 @@ def test_in_silence_everybody_follows_the_clock(craft):
     assert all(hold_s == 0.0 for steps in log.values() for *_, hold_s, _ in steps)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(fleet)
 def test_copies_agree_when_all_is_heard(craft):
     """Some time after the last change, with nothing lost, all copies have held as long, to two steps of the message."""
     quiet = {name: {"vehicle": {**each["vehicle"], "speed_limits": [
         limit for limit in each["vehicle"]["speed_limits"] if limit["end_s"] < 80.0
     ]}} for name, each in craft.items()}  # fmt: skip
-    log, _ = sail(scenario(craft=quiet, talk="periodic"), lambda *_: True, 260)
+    log, _ = sail(scenario(craft=quiet, talk="periodic"), lambda *_: True, 200)
     holds = [steps[-1][3] for steps in log.values()]
     assert max(holds) - min(holds) <= 0.11

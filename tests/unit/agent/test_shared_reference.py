@@ -5,9 +5,9 @@ import math
 import pytest
 
 from grex_agent.mission import plan_mission
+from grex_agent.plan_time import PlanTime
 from grex_agent.reference_talk import ReferenceTalk
 from grex_agent.shared_reference import Heard, OwnAbility, SharedReference
-from grex_agent.plan_time import PlanTime
 from grex_agent.team.interface import Own
 from grex_link import reference_wire, wire
 from grex_link.messages import Received
@@ -52,7 +52,7 @@ def run(reference, from_s, to_s, behind=lambda _: 0.0, heard=()):
     return beliefs
 
 
-def word(craft, t_s, hold_s=0.0, lag_s=0.0, limits=(), asks=False):
+def word(craft, t_s, hold_s=0.0, lag_s=0.0, limits=(), *, asks=False):
     """Return a word in which nobody is limited but those named: craft=(version, speed)."""
     known = {craft: (1, None)} | dict(limits)
     told = tuple(Limit(*known.get(mate, (0, None))) for mate in TEAM)
@@ -145,7 +145,7 @@ def test_who_waits_for_others_keeps_up():
 
 
 def test_who_cannot_keep_up_goes_on_trying():
-    """Though its reference has become as slow as it is, it orders planned speed: else it would never see that it can."""
+    """Though its reference has become as slow as it is, it orders planned speed: else it would never see it can."""
     reference = law("c")
     run(reference, 0, 60, lambda now: 0.2 * now, [Heard("a", word("a", 60.0))])
     told = reference.word()

@@ -12,7 +12,9 @@ from grex_link.scenario import decode
 FORMATION = {"a": [0.0, 0.0, 0.0], "b": [-6.0, -25.0, 0.0], "c": [-6.0, 25.0, 0.0]}
 TEAM = list(FORMATION)
 PLAN = plan_mission(
-    decode({"mission": {"type": "lawnmower", "formation_m": FORMATION, "legs": 4}, "craft": {name: {} for name in TEAM}})
+    decode(
+        {"mission": {"type": "lawnmower", "formation_m": FORMATION, "legs": 4}, "craft": {name: {} for name in TEAM}}
+    )
 )
 TIME = PlanTime(PLAN)
 
