@@ -27,7 +27,7 @@ def fd(name, *overrides, duration_s=700):
 
 
 def test_the_shared_reference_on_the_papers_mission():
-    """FD is below 0.008, where the paper's law with perfect communication leaves 0.43; with an eighth of the messages."""
+    """FD is below 0.008, where the paper's law with perfect communication leaves 0.43; with few messages."""
     summary = fly("shared-reference")
     assert summary.fd < 0.008
     assert summary.messages_sent < 463 / 8

@@ -24,7 +24,7 @@ def copy(craft="a", **config):
     return TeamReference(craft, TIME, TEAM, ReferenceConfig(**config))
 
 
-def word(craft, t_s, hold_s=0.0, lag_s=0.0, limits=(), asks=False):
+def word(craft, t_s, hold_s=0.0, lag_s=0.0, limits=(), *, asks=False):
     """Return a word in which nobody is limited but those named: craft=(version, speed)."""
     known = {craft: (1, None)} | dict(limits)
     told = tuple(Limit(*known.get(mate, (0, None))) for mate in TEAM)
