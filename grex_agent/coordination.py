@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from grex_agent.plugin import load_plugin
 from grex_link.config import TeamConfig
+from grex_link.errors import ConfigError
 
 
 class SpeedController(Protocol):
@@ -94,8 +95,33 @@ def quality(own: float, mates: Sequence[float]) -> float:
     return sum(mates) - len(mates) * own
 
 
+#: Laws that remove the own speed error, which the own filter estimates.
+UNBIASED = frozenset({"theta_p_unbiased", "shared_reference"})
+
+
 def load_controller(config: TeamConfig) -> SpeedController:
-    """Build the controller a scenario names."""
-    known = {"theta_p": "grex_agent.coordination:ThetaP"}
+    """Build the controller a scenario names.
+
+    ``theta_p_unbiased`` is the same law: what is removed is removed from what the craft's frontseat is told, not from
+    what the law orders, and so the mates' models of it hold.
+    """
+    law = "grex_agent.coordination:ThetaP"
+    known = {"theta_p": law, "theta_p_unbiased": law}
     controller: SpeedController = load_plugin("$.team.controller", config.controller, known)(config)
     return controller
+
+
+def check_unbiased(config: TeamConfig) -> None:
+    """Refuse a law that removes the own speed error where nothing estimates it.
+
+    Raises
+    ------
+    ConfigError
+        If there is no own filter.
+    """
+    if config.controller in UNBIASED and config.own_filter is None:
+        raise ConfigError(
+            "$.team.own_filter",
+            f"is missing: {config.controller!r} removes the own speed error, and this estimates it; add "
+            "[team.own_filter]",
+        )

@@ -9,16 +9,15 @@ from collections.abc import Iterator
 from typing import Any
 
 from grex_agent.capabilities import check_capabilities, state_form
-from grex_agent.coordination import load_controller, quality
+from grex_agent.coordinating import coordinate
+from grex_agent.coordination import quality
 from grex_agent.guidance import PlaceKeeping, TrackKeeping
 from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.messenger import Messenger
 from grex_agent.mission import plan_mission
 from grex_agent.own_navigation import OwnNavigation
 from grex_agent.separation import SeparationGuard
-from grex_agent.team.interface import Own, TeamContext, load_estimator
-from grex_agent.tell import TeamTalk
-from grex_link import wire
+from grex_agent.team.interface import Own
 from grex_link.config import Scenario
 from grex_link.messages import AgentState, Fix, MateBelief, Message, ModemEvent, PortLedger, Setpoint, Truth
 from grex_link.profile import load_profile
@@ -54,15 +53,14 @@ class AgentCore:
         self._processor = ManoeuvreProcessor(self._plan)
         self._guidance = TrackKeeping(scenario.guidance)
         self._place_keeping = PlaceKeeping(scenario.guidance, scenario.team.speed_max_mps)
-        self._controller = load_controller(scenario.team)
-        self._estimator: Any = load_estimator(TeamContext(craft, plan, scenario, self._controller))
+        self._coordination = team = coordinate(scenario, craft, plan, profile, state_form(scenario, profile))
+        self._controller = team.controller
+        self._estimator: Any = team.estimator
         self._prepare = getattr(self._estimator, "prepare", None)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
-        form = state_form(scenario, profile)
         self._navigation = OwnNavigation(scenario)
         self._guard = SeparationGuard(scenario.team, craft, plan)
-        self._talk = TeamTalk(craft, plan, form)
-        self._messenger = Messenger(scenario, craft, plan, profile, self._talk, form)
+        self._messenger = Messenger(scenario, craft, plan, profile, team.talk, team.policy, team.message_bytes)
         self._time_ns: int | None = None
         self._fix: Fix | None = None
         self._fix_usable = False
@@ -71,8 +69,8 @@ class AgentCore:
 
     @property
     def bad_frames(self) -> int:
-        """Datagrams so far that were no team state of a mate."""
-        return self._talk.bad_frames
+        """Datagrams so far that were no word of a mate."""
+        return self._coordination.talk.bad_frames
 
     def on_fix(self, fix: Fix) -> None:
         """Take a fix of the own navigation; one that is no number is no better than an invalid one."""
@@ -118,10 +116,11 @@ class AgentCore:
         mates = [belief.progress for belief in self._beliefs]
         ordered = self._keep_clear(self._order_speed(mates, health), health)
         yield from self._speak(now_ns, health, lost=lost)
-        setpoint = self._setpoint(tick, now_ns, ordered, hold=lost)
+        over_ground = self._setpoint(tick, now_ns, ordered, hold=lost)
+        setpoint = self._navigation.corrected(over_ground)
         yield "setpoint", setpoint
         self._navigation.ordered(setpoint)
-        self._guard.ordered(setpoint.speed_mps, setpoint.course_rad)
+        self._guard.ordered(over_ground.speed_mps, over_ground.course_rad)
         yield "state", self._state(tick, now_ns, ordered, mates, health)
         if self._messenger.ledger_due(now_ns):
             yield "port", self.ledger(now_ns)
@@ -163,12 +162,12 @@ class AgentCore:
     def _speak(self, now_ns: int, health: list[str], *, lost: bool) -> list[Output]:
         """Ask the modem for everything that is to be said before the next step."""
 
-        def state() -> wire.TeamState | None:
+        def word() -> Any:
             if self._fix is None or lost:
                 return None
-            return self._talk.state(self._fix, self._processor, self._navigation.speed_over_ground(self._fix))
+            return self._coordination.word(self._fix, self._processor, self._navigation.speed_over_ground(self._fix))
 
-        requests = self._messenger.speak(now_ns, now_ns + self._tick_ns, state)
+        requests = self._messenger.speak(now_ns, now_ns + self._tick_ns, word)
         if self._messenger.untold:
             health.append("outside_frame")
         return [("modem_tx", request) for request in requests]

@@ -1,21 +1,39 @@
 """When a craft speaks: in its own openings and over land links, by its own clock, each time once."""
 
 from collections.abc import Callable
+from typing import Any, Protocol
 
 from grex_agent.mission import TeamPlan, range_max_m
 from grex_agent.modem.port import ModemPort
-from grex_agent.team.interface import Report
-from grex_agent.tell import TeamTalk
+from grex_agent.talk_policy import TalkPolicy
 from grex_link.config import Scenario
 from grex_link.errors import WireError
 from grex_link.mac import plan_mac
 from grex_link.messages import ModemEvent, PortLedger, Received, Request, TxEvent
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
-from grex_link.wire import BYTES, Form, TeamState
+from grex_link.wire import Form
 
-#: Gives the own state, or None if there is none worth telling.
-Tell = Callable[[], TeamState | None]
+#: Gives what is to be told, or None if there is nothing worth telling.
+Tell = Callable[[], Any]
+
+
+class Talk(Protocol):
+    """What is told and read: team states, or words of the shared reference.
+
+    Attributes
+    ----------
+    bad_frames : int
+        Datagrams so far that were nothing of the kind.
+    """
+
+    bad_frames: int
+
+    def pack(self, told: Any, form: Form | None = None) -> tuple[bytes, Any]:
+        """Pack it: what goes on the air, and what the mates will read. Raises WireError if it cannot be told."""
+
+    def read(self, event: Received, now_s: float) -> Any:
+        """Read what was heard; None, and counted, if it is nothing of the kind."""
 
 
 class Messenger:
@@ -34,10 +52,12 @@ class Messenger:
         Its distances make the guard.
     profile : ModemProfile
         The modem.
-    talk : TeamTalk
-        What is said.
-    form : Form
-        How the own state goes on the air; over land it goes in full.
+    talk : Talk
+        What is said; a team state goes in full over land.
+    policy : TalkPolicy
+        Whether to speak in an own slot; over land the craft always does.
+    message_bytes : int
+        Length of what is said on the air.
 
     Attributes
     ----------
@@ -46,18 +66,25 @@ class Messenger:
     """
 
     def __init__(
-        self, scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemProfile, talk: TeamTalk, form: Form
+        self,
+        scenario: Scenario,
+        craft: str,
+        plan: TeamPlan,
+        profile: ModemProfile,
+        talk: Talk,
+        policy: TalkPolicy,
+        message_bytes: int,
     ) -> None:
         self._talk = talk
-        self._form = form
+        self._policy = policy
         planned_m = 0.0 if profile.one_speaker_at_a_time else range_max_m(plan)
-        self._port = ModemPort(craft, list(scenario.craft), profile, plan_mac(scenario, planned_m, BYTES[form]))
+        self._port = ModemPort(craft, list(scenario.craft), profile, plan_mac(scenario, planned_m, message_bytes))
         self._reached_ns = 0
         self._land_ns, self._heard_by_all_on_land = _land(scenario, craft)
         self._ledger_ns = round(scenario.link.ledger_s * NS)
         self._next_ledger_ns = self._ledger_ns
         self._events: list[ModemEvent] = []
-        self._on_air: dict[int, TeamState] = {}
+        self._on_air: dict[int, Any] = {}
         self.untold = False
 
     @property
@@ -69,10 +96,10 @@ class Messenger:
         """Take a modem event; it counts when `take` is called."""
         self._events.append(event)
 
-    def take(self, now_ns: int) -> tuple[list[TeamState], list[Report]]:
+    def take(self, now_ns: int) -> tuple[list[Any], list[Any]]:
         """Take what has been sent and heard since the last time."""
-        sent: list[TeamState] = []
-        heard: list[Report] = []
+        sent: list[Any] = []
+        heard: list[Any] = []
         happenings = [happening for event in self._events for happening in self._port.on_event(event)]
         self._events.clear()
         for happening in [*happenings, *self._port.take_events()]:
@@ -92,7 +119,7 @@ class Messenger:
         self._reached_ns = before_ns
 
         def pull(max_bytes: int) -> bytes | None:
-            payload = self._payload(tell, self._form)
+            payload = self._payload(tell) if self._policy.speaks() else None
             return payload if payload is None or len(payload) <= max_bytes else None
 
         requests = self._port.open_slots(from_ns, before_ns, pull)
@@ -113,8 +140,8 @@ class Messenger:
 
     # -- inside -------------------------------------------------------------------------------------------------
 
-    def _payload(self, tell: Tell, form: Form, *, heard_by_all: bool = True) -> bytes | None:
-        """Pack the own state, for the next request; what the mates will read is kept until it has been sent."""
+    def _payload(self, tell: Tell, form: Form | None = None, *, heard_by_all: bool = True) -> bytes | None:
+        """Pack what is to be told, for the next request; what the mates will read is kept until it has been sent."""
         state = tell()
         if state is None:
             return None

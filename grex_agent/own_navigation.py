@@ -4,7 +4,9 @@ import math
 
 import msgspec
 
+from grex_agent.coordination import UNBIASED
 from grex_agent.own_filter import OwnFilter
+from grex_agent.path import wrap
 from grex_link.config import Scenario
 from grex_link.messages import Fix, Setpoint
 
@@ -24,6 +26,8 @@ class OwnNavigation:
         self._known_current = north, east
         config = scenario.team.own_filter
         self._filter = None if config is None else OwnFilter(config, scenario.team.speed_model, (north, east))
+        self._bias_max = scenario.team.bias_max_relative if scenario.team.controller in UNBIASED else 0.0
+        self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
         self._taken: Fix | None = None
         self._through_water_mps = 0.0
 
@@ -38,6 +42,29 @@ class OwnNavigation:
             return fix
         self._taken = msgspec.structs.replace(fix, north_m=own.state[0], east_m=own.state[1], sigma_m=own.sigma_m)
         return self._taken
+
+    @property
+    def speed_error(self) -> float:
+        """Own speed error that is removed: the filter's estimate within its limit, or 0 if the law removes none."""
+        if self._filter is None or self._filter.state is None:
+            return 0.0
+        return min(max(self._filter.state[3], -self._bias_max), self._bias_max)
+
+    def corrected(self, setpoint: Setpoint) -> Setpoint:
+        """Correct an order for what the frontseat does not know: the rest of the current, and the own speed error.
+
+        w = (order - estimated current) / (1 + β), order' = w + known current. The frontseat makes w of order' by taking
+        the known current away, and the actuator makes (1 + β)·w of that. What comes out is limited to the speeds a
+        controller may order, so that an estimate that has gone astray cannot run away with the craft.
+        """
+        if self._filter is None or setpoint.mode == "hold" or setpoint.speed_mps == 0.0:
+            return setpoint
+        estimated, known, gain = self._filter.current, self._known_current, 1.0 / (1.0 + self.speed_error)
+        cos, sin = math.cos(setpoint.course_rad), math.sin(setpoint.course_rad)
+        north = gain * (setpoint.speed_mps * cos - estimated[0]) + known[0]
+        east = gain * (setpoint.speed_mps * sin - estimated[1]) + known[1]
+        speed = min(max(math.hypot(north, east), self._speed_min_mps), self._speed_max_mps)
+        return msgspec.structs.replace(setpoint, course_rad=wrap(math.atan2(east, north)), speed_mps=speed)
 
     def ordered(self, setpoint: Setpoint) -> None:
         """Note what has been ordered: over ground, and so through the water, as far as the current is known."""

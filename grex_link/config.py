@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from grex_link.config_base import Config, Finite, ImportPath, Name, NonNegative, Positive, Probability
+from grex_link.coordination_config import PeriodicTalk, ReferenceConfig, TalkConfig
 from grex_link.link_config import LinkConfig
 
 
@@ -105,7 +106,8 @@ class TeamConfig(Config, frozen=True):
     ``first_level``, ``second_level``. With a speed error: ``biased_planar``, ``biased_planar_first``, ``along_track``
     (the best), ``along_track_first``. Or ``your_package.module:YourEstimator``."""
     controller: ImportPath = "theta_p"
-    """``theta_p`` (eq. 2) or ``your_package.module:YourController``."""
+    """``theta_p`` (eq. 2); with ``own_filter`` also ``theta_p_unbiased``, which removes the own speed error, and
+    ``shared_reference``; or ``your_package.module:YourController``."""
     gain_mps: NonNegative = 0.8
     """K of eq. (2): m/s per unit of Θ."""
     speed_min_mps: NonNegative = 0.3
@@ -119,6 +121,10 @@ class TeamConfig(Config, frozen=True):
     Left out: there is no such guard."""
     separation_horizon_s: Positive = 30.0
     """How far ahead that is looked for, seconds."""
+    bias_max_relative: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.15
+    """The own speed error that is removed, as a share of the speed ordered, is at most this."""
+    reference: ReferenceConfig = ReferenceConfig()
+    talk: TalkConfig = PeriodicTalk()
     kalman: KalmanConfig = KalmanConfig()
     speed_model: SpeedModelConfig = SpeedModelConfig()
     own_filter: OwnFilterConfig | None = None

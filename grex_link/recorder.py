@@ -105,6 +105,21 @@ def read_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) ->
     return messages
 
 
+def read_metadata(path: Path) -> dict[str, str]:
+    """Read what a recording says of the run as a whole, even if it was cut off; nothing if it says nothing.
+
+    Raises
+    ------
+    ConfigError
+        If the file is no recording.
+    """
+    with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
+        for record in StreamReader(file).records:
+            if isinstance(record, mcap.records.Metadata):
+                return dict(record.metadata)
+    return {}
+
+
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
     """Say of what is no MCAP file that it is none; one that ends too early is one."""

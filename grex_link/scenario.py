@@ -67,6 +67,10 @@ def decode(document: dict[str, Any]) -> Scenario:
     mac = link.get("mac") if isinstance(link, dict) else None
     if isinstance(mac, dict):
         mac.setdefault("type", "tdma")  # so that `--set link.mac.cycle_s=60` is enough
+    team = document.get("team")
+    talk = team.get("talk") if isinstance(team, dict) else None
+    if isinstance(talk, dict):
+        talk.setdefault("type", "periodic")
     try:
         scenario = msgspec.convert(document, Scenario)
     except msgspec.ValidationError as error:

@@ -10,10 +10,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from grex_link.energy import sound_energy_j
 from grex_link.errors import ConfigError
 from grex_link.ledger import EDGES_S, Ledger, faults
 from grex_link.messages import LinkEvent, LinkLedger, PathLedger, PortLedger, SourceLedger, Truth
-from grex_link.recorder import read_messages
+from grex_link.profile import ModemProfile, load_profile
+from grex_link.recorder import read_messages, read_metadata
 from grex_link.units import NS
 from grex_sim.run import RECORDING_FILE
 
@@ -42,6 +44,8 @@ class NodeStats(msgspec.Struct, frozen=True):
     water: SourceLedger
     airtime_share: float
     """Of the mission."""
+    sound_j: float | None
+    """Acoustic energy of what it has sent under water; None if the modem's source level is not known."""
     port: PortLedger | None
 
 
@@ -94,10 +98,7 @@ def link_stats(run: Path) -> RunStats:
         latency=_spread_of_values(saws.latencies(ledger.paths)),
         age=_spread_of_teeth(saws.teeth(ledger.paths)),
         links={f"{path.source}>{path.destination}": _link(path, saws) for path in ledger.paths},
-        nodes={
-            source.craft: NodeStats(source, source.airtime_s * NS / max(end_ns, 1), recording.ports.get(source.craft))
-            for source in ledger.sources
-        },
+        nodes={source.craft: _node(source, end_ns, recording) for source in ledger.sources},
         faults=found,
     )
 
@@ -111,6 +112,7 @@ class _Recording:
         self.ledger: LinkLedger | None = None
         self.ports: dict[str, PortLedger] = {}
         self.end_ns = 0
+        self.profile = _profile(_recording_file(run))
         for topic, t_ns, message in read_messages(_recording_file(run), _wanted):
             try:
                 self._take(topic, t_ns, message)
@@ -189,6 +191,21 @@ class _Saws:
 
 def _link(path: PathLedger, saws: _Saws) -> LinkStats:
     return LinkStats(path, _spread_of_values(saws.latencies([path])), _spread_of_teeth(saws.teeth([path])))
+
+
+def _node(water: SourceLedger, end_ns: int, recording: _Recording) -> NodeStats:
+    profile = recording.profile
+    sound_j = None if profile is None else sound_energy_j(profile, water.airtime_s)
+    return NodeStats(water, water.airtime_s * NS / max(end_ns, 1), sound_j, recording.ports.get(water.craft))
+
+
+def _profile(file: Path) -> ModemProfile | None:
+    """Modem of the run, as its scenario names it; None if the recording has none, or the modem's own file is gone."""
+    try:
+        scenario = msgspec.json.decode(read_metadata(file).get("scenario", "{}"))
+        return load_profile(scenario["link"]["profile"])
+    except (ConfigError, KeyError):
+        return None
 
 
 def _spread_of_values(values_ns: Sequence[int]) -> Spread:

@@ -65,12 +65,13 @@ def _spread(spread: Spread) -> list[str]:
 
 
 def _water_table(nodes: Mapping[str, NodeStats]) -> list[str]:
-    rows = [["craft", "sent", "airtime", "of mission", "bytes", "refused by modem", "by land"]]
+    rows = [["craft", "sent", "airtime", "of mission", "bytes", "refused by modem", "by land", "sound, J"]]
     for craft, node in nodes.items():
         water, share = node.water, f"{100 * node.airtime_share:.1f} %"
         refused = sum(water.refused.values())
         counts = (water.bytes_sent, refused, water.by_land)
-        rows.append([craft, str(water.started), _seconds(water.airtime_s), share, *map(str, counts)])
+        energy = _NONE if node.sound_j is None else f"{node.sound_j:.3g}"
+        rows.append([craft, str(water.started), _seconds(water.airtime_s), share, *map(str, counts), energy])
     return _table(rows)
 
 

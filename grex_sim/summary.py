@@ -10,9 +10,11 @@ import numpy as np
 
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
+from grex_link.energy import sound_energy_j
 from grex_link.ledger import EDGES_S, faults
 from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
+from grex_link.profile import load_profile
 from grex_link.units import NS
 from grex_sim.closest import Approach, closest_approach
 from grex_sim.logbook import Logbook
@@ -22,6 +24,8 @@ SUMMARY_FILE = "summary.json"
 SERIES_FILE = "series.csv"
 #: How many reasons of losses are named to a person.
 _MAIN_REASONS = 3
+#: In a larger team they are not named one by one.
+_SENDERS_NAMED = 6
 
 
 class Summary(msgspec.Struct, kw_only=True):
@@ -74,6 +78,10 @@ class Summary(msgspec.Struct, kw_only=True):
     """For each craft, what it has sent."""
     paths: dict[str, PathLedger]
     """For each directed link, ``auv1>auv2``, what became of it there."""
+    sound_j: dict[str, float]
+    """For each craft, the acoustic energy of what it has sent under water; empty if the modem has no source level."""
+    team_sound_j: float | None
+    """That of all craft together; None if the modem has no source level."""
     ports: dict[str, PortLedger]
     """For each craft, the books of its modem port."""
     digest: str
@@ -141,11 +149,17 @@ def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[st
     # The books of a broken run are of several times. At a live pace a message may leave an agent before the end of the
     # mission and come to its modem after it; and of modems on a serial line, which are live, the link knows nothing.
     comparable = complete and scenario.clock.lockstep
+    profile = load_profile(scenario.link.profile)
+    sources = ledger.sources if ledger else []
+    sound = {source.craft: sound_energy_j(profile, source.airtime_s) for source in sources}
+    sound_j = {craft: joules for craft, joules in sound.items() if joules is not None}
     return {
         "ledger_s": ledger and ledger.t_ns / NS,
         "ledger_faults": [] if ledger is None else faults(ledger, logbook.ports, in_hand if comparable else None),
         "histogram_edges_s": list(EDGES_S),
-        "sources": {source.craft: source for source in ledger.sources} if ledger else {},
+        "sources": {source.craft: source for source in sources},
+        "sound_j": sound_j,
+        "team_sound_j": sum(sound_j.values()) if sound_j else None,
         "paths": {f"{path.source}>{path.destination}": path for path in ledger.paths} if ledger else {},
         "ports": {craft: logbook.ports[craft] for craft in scenario.craft if craft in logbook.ports},
     }
@@ -196,6 +210,7 @@ def as_text(summary: Summary) -> str:
             f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes), {summary.delivered} received, "
             f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
         ),
+        *_about_senders(summary),
         *_about_links(summary.paths),
         *_about_distance(summary.closest),
         f"digest {summary.digest}",
@@ -204,6 +219,15 @@ def as_text(summary: Summary) -> str:
     if summary.out:
         lines.append(f"files in {summary.out}")
     return "\n".join(lines)
+
+
+def _about_senders(summary: Summary) -> list[str]:
+    """Say in a line what each craft has sent, and what that took, if the modem's source level is known."""
+    parts = []
+    for craft, source in summary.sources.items():
+        energy = f", {summary.sound_j[craft]:.3g} J of sound" if craft in summary.sound_j else ""
+        parts.append(f"{craft} {source.started} ({source.bytes_sent} bytes{energy})")
+    return [f"sent by {'; '.join(parts)}"] if 1 < len(parts) <= _SENDERS_NAMED else []
 
 
 def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:

@@ -80,10 +80,23 @@ class SecondLevelOf(FirstLevelOf):
     def __init__(self, context: TeamContext) -> None:
         super().__init__(context)
         self._own_as_seen = self._filter(context.craft)
+        self._own_progress = 0.0
+
+    @property
+    def doubt_m(self) -> float:
+        """How far the mates are thought to be wrong about the own place, metres along the path."""
+        tracks = self._context.plan.craft[self._context.craft].tracks
+        track = tracks[min(max(int(self._own_progress), 0), len(tracks) - 1)]
+        return abs(self._own_progress - self._own_as_seen.progress) * track.length_m
+
+    @property
+    def owes(self) -> bool:
+        """Whether something is to be said in any case: nothing ever is."""
+        return False
 
     def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Advance, work in what was heard and sent, and say what is believed; see `TeamEstimator`."""
-        del own
+        self._own_progress = own.progress
         self._advance(now_s, heard)
         self._own_as_seen.advance(now_s)
         for state in sent:

@@ -208,7 +208,7 @@ def test_the_text_of_a_small_run(tmp_path):
     assert words("auv1>auv3 2 1 50.0 % 0 1 50.0 % 0 2.000 2.000 2.000 16.0 16.0 27.2") in rows
     assert words("auv2>auv1 1 0 - 0 0 - 1 - - - - - -") in rows
     assert ["all", "6", "3", "75.0", "%"] in [row[:5] for row in rows]
-    assert words("auv1 2 1.000 3.3 % 30 0 0") in rows
+    assert words("auv1 2 1.000 3.3 % 30 0 0 -") in rows
     assert "auv1>auv3: lost_collision 1 (50.0 %)" in page
     assert "auv2>auv3: nothing came to an end" in page
     assert "auv1>auv2: nothing lost" in page
