@@ -1,12 +1,14 @@
 """What a craft makes of its own fixes: as they are, or filtered."""
 
 import math
+from collections.abc import Sequence
 
 import msgspec
 
 from grex_agent.own_filter import OwnFilter
+from grex_agent.range_update import Range
 from grex_link.config import Scenario
-from grex_link.messages import Fix, Setpoint
+from grex_link.messages import Fix, PlaceBelief, Setpoint
 
 
 class OwnNavigation:
@@ -16,14 +18,20 @@ class OwnNavigation:
     ----------
     scenario : Scenario
         Filter, and the current that is known.
+    craft : str
+        Whose fixes they are.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, craft: str) -> None:
+        self._craft = craft
         known = scenario.sea.known_current_ned_mps
         north, east, _ = scenario.sea.current_ned_mps if known is None else known
         self._known_current = north, east
         config = scenario.team.own_filter
-        self._filter = None if config is None else OwnFilter(config, scenario.team.speed_model, (north, east))
+        team, inertial = scenario.team, scenario.craft[craft].inertial
+        self._filter = (
+            None if config is None else OwnFilter(config, team.speed_model, (north, east), inertial, team.ranging)
+        )
         self._taken: Fix | None = None
         self._through_water_mps = 0.0
 
@@ -38,6 +46,24 @@ class OwnNavigation:
             return fix
         self._taken = msgspec.structs.replace(fix, north_m=own.state[0], east_m=own.state[1], sigma_m=own.sigma_m)
         return self._taken
+
+    def hear_ranges(self, ranges: Sequence[Range]) -> list[str]:
+        """Work in ranges, of which the next fix profits; return what is to be reported as health."""
+        own = self._filter
+        if own is None or all([own.hear_range(heard) for heard in ranges]):
+            return []
+        return ["range_rejected"]
+
+    def place(self, fix: Fix | None) -> list[PlaceBelief]:
+        """Say where the craft takes itself to be, if it knows: by a fix from `filtered`."""
+        if fix is None:
+            return []
+        if self._filter is None or self._filter.covariance is None:
+            covariance = fix.sigma_m**2, fix.sigma_m**2, 0.0
+        else:
+            p = self._filter.covariance
+            covariance = float(p[0, 0]), float(p[1, 1]), float(p[0, 1])
+        return [PlaceBelief(self._craft, fix.north_m, fix.east_m, covariance)]
 
     def ordered(self, setpoint: Setpoint) -> None:
         """Note what has been ordered: over ground, and so through the water, as far as the current is known."""

@@ -15,6 +15,7 @@ from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
 from grex_link.units import NS
 from grex_sim.logbook import Logbook
+from grex_sim.navigation_errors import PlaceErrors
 from grex_sim.score import Score, score
 
 SUMMARY_FILE = "summary.json"
@@ -60,6 +61,8 @@ class Summary(msgspec.Struct, kw_only=True):
     """For each craft, in how many steps the current was too strong for the course it was to make good."""
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
+    navigation: dict[str, PlaceErrors]
+    """For each craft, how far from the truth it took itself to be; ``base>craft``: the same of a craft a base watches."""
     ledger_s: float | None
     """Mission time of the newest ledger of the water; None if there is none."""
     ledger_faults: list[str]
@@ -122,6 +125,7 @@ def summarise(
         bad_frames=logbook.bad_frames,
         adrift_steps=logbook.adrift_steps,
         unhealthy_steps=logbook.unhealthy_steps,
+        navigation=logbook.places.errors(positions, list(scenario.craft)),
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
     )
