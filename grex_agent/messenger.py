@@ -165,4 +165,4 @@ def _land(scenario: Scenario, craft: str) -> tuple[int, bool]:
     links = [land for land in scenario.link.land if craft in land.between]
     mates = {mate for land in links for mate in land.between if mate != craft}
     every_s = min((land.every_s for land in links), default=0.0)
-    return max(round(every_s * NS), 1) if links else 0, len(mates) == len(scenario.craft) - 1
+    return max(round(every_s * NS), 1) if links else 0, {craft, *mates} >= set(scenario.formation)

@@ -19,7 +19,7 @@ import numpy as np
 
 from grex_agent.gaussian import Gaussian, Matrix, propagate, update, update_along
 from grex_agent.path import wrap
-from grex_agent.range_update import Range, Surprise, surprise, work_in
+from grex_agent.range_update import Gate, Range, Surprise, surprise, with_free_offset, work_in
 from grex_agent.team.along_track import SpeedModel
 from grex_link.config import OwnFilterConfig, SpeedModelConfig
 from grex_link.messages import Fix
@@ -27,8 +27,6 @@ from grex_link.ranging_config import InertialConfig, RangingConfig
 
 _NORTH, _EAST, _SPEED, _ERROR, _CURRENT_NORTH, _CURRENT_EAST, _OFF_NORTH, _OFF_EAST, _DRIFT_NORTH, _DRIFT_EAST = range(10)
 _ABSOLUTE_STATES, _INERTIAL_STATES = 6, 10
-#: So many outliers in a row are none: the own position is wrong.
-_WRONG_AFTER = 5
 
 
 class _Step(msgspec.Struct):
@@ -81,7 +79,7 @@ class OwnFilter:
         self._x: Gaussian | None = None
         self._time_s = self._heading_rad = 0.0
         self._history: deque[_Step] = deque()
-        self._outliers = 0
+        self._gate = Gate(ranging.gate)
 
     @property
     def state(self) -> tuple[float, ...] | None:
@@ -142,14 +140,13 @@ class OwnFilter:
         index = len(self._history) - 1 - place
         step = self._history[index]
         seen = self._surprise(step, step.after, heard)
-        outlier = seen.squared > self._ranging.gate
-        self._outliers = self._outliers + 1 if outlier else 0
-        if outlier and self._outliers < _WRONG_AFTER:
+        verdict = self._gate.judge(seen.squared)
+        if verdict == "outlier":
             return False
-        step.ranges.append((heard, outlier))
+        step.ranges.append((heard, verdict == "wrong"))
         step.ranges.sort()
         self._do_again(index)
-        return not outlier
+        return verdict == "good"
 
     # -- inside -------------------------------------------------------------------------------------------------
 
@@ -179,7 +176,7 @@ class OwnFilter:
         for heard, freed in ranges:
             seen = self._surprise(step, x, heard)
             if freed:
-                x = _with_free_offset(x, seen.innovation_m**2)
+                x = with_free_offset(x, _OFF_NORTH, seen.innovation_m**2)
                 seen = self._surprise(step, x, heard)
             x = work_in(x, seen)
         return x
@@ -259,14 +256,3 @@ class OwnFilter:
         if self._inertial is not None:
             return self._inertial.noise_m**2  # what the fix claims besides is the drift, which is in the state
         return max(fix.sigma_m, self._config.fix_sigma_min_m) ** 2
-
-
-def _with_free_offset(x: Gaussian, variance: float) -> Gaussian:
-    """Let position and offset be wrong by so much more; what they are together, the fixes know."""
-    freed = x.covariance.copy()
-    for axis, off in ((_NORTH, _OFF_NORTH), (_EAST, _OFF_EAST)):
-        freed[axis, axis] += variance
-        freed[off, off] += variance
-        freed[axis, off] -= variance
-        freed[off, axis] -= variance
-    return Gaussian(x.mean, freed)

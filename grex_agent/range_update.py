@@ -8,7 +8,7 @@ that of its horizontal position, taken to be the same in all directions.
 """
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from grex_agent.gaussian import Gaussian, update_along
 _NORTH, _EAST = 0, 1
 #: Two modems are never nearer: keeps the line of sight defined.
 _NEAREST_M = 0.1
+#: So many outliers in a row are none.
+_WRONG_AFTER = 5
 
 
 class Range(NamedTuple):
@@ -70,6 +72,31 @@ class Surprise(NamedTuple):
         return self.innovation_m**2 / self.variance_m2
 
 
+class Gate:
+    """Tells outliers from a position that is wrong: several outliers in a row are none.
+
+    Parameters
+    ----------
+    limit : float
+        Greatest squared surprise of a good range.
+    """
+
+    def __init__(self, limit: float) -> None:
+        self._limit = limit
+        self._outliers = 0
+
+    def judge(self, squared: float) -> Literal["good", "outlier", "wrong"]:
+        """Judge a range by its squared surprise: use it, leave it out, or set the position free and use it."""
+        if squared <= self._limit:
+            self._outliers = 0
+            return "good"
+        self._outliers += 1
+        if self._outliers < _WRONG_AFTER:
+            return "outlier"
+        self._outliers = 0
+        return "wrong"
+
+
 def surprise(
     x: Gaussian, heard: Range, down_m: float, sigma_m: float, moved_m: tuple[float, float] = (0.0, 0.0)
 ) -> Surprise:
@@ -106,3 +133,24 @@ def surprise(
 def work_in(x: Gaussian, seen: Surprise) -> Gaussian:
     """Correct a state by a range."""
     return update_along(x, seen.row, seen.innovation_m, seen.noise_m2)
+
+
+def with_free_offset(x: Gaussian, offset: int, variance: float) -> Gaussian:
+    """Let a position and the offset of what is told of it be wrong by so much more; their sum stays as it is.
+
+    Parameters
+    ----------
+    x : Gaussian
+        The state.
+    offset : int
+        Which component is the offset north; that east follows it.
+    variance : float
+        How much, m².
+    """
+    freed = x.covariance.copy()
+    for axis, off in ((_NORTH, offset), (_EAST, offset + 1)):
+        freed[axis, axis] += variance
+        freed[off, off] += variance
+        freed[axis, off] -= variance
+        freed[off, axis] -= variance
+    return Gaussian(x.mean, freed)

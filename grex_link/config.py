@@ -375,6 +375,12 @@ class Scenario(Config, frozen=True, kw_only=True):
         return {craft: config.base for craft, config in self.craft.items() if config.base is not None}
 
     @property
+    def speakers(self) -> list[str]:
+        """Who speaks under water by itself: a base only where it asks for ranges, in the order of the team."""
+        asking = self.team.ranging.mode == "two_way"
+        return [craft for craft, config in self.craft.items() if config.base is None or asking]
+
+    @property
     def link_seed(self) -> int:
         """Seed of the link's draws."""
         return self.seed if self.link.seed is None else self.link.seed

@@ -93,7 +93,8 @@ def summarise(
 ) -> tuple[Summary, Score]:
     """Judge a run that is over, whether or not it came to its end."""
     positions = logbook.positions
-    result = score(positions, plan, scenario.score)
+    moving = [place for place, craft in enumerate(scenario.craft) if craft not in scenario.bases]
+    result = score(positions[:, moving], plan, scenario.score)
     ticks = max(len(positions) - 1, 0)
     judged = ticks > 0
     distance, angle, xte = result.parts if judged else (None, None, None)

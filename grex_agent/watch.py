@@ -1,0 +1,143 @@
+"""One craft as a base sees it, that stays where it is: from what the craft tells, and from ranges (the paper's ref. 5).
+
+State x = [north, east, v_north, v_east, b_north, b_east]: position (m), velocity over ground (m/s) and the error of the
+positions that the craft tells (m). Between measurements the velocity turns as the plan does, with white noise besides;
+b is a Gauss-Markov process, because the error of a navigation stays for a while: that a hundred messages say the same
+does not make it true. A message measures position plus b, and the velocity; a range measures the position alone. The
+filter stands at the time of the newest measurement and is carried on from there for every belief, so that nothing has
+to be done twice: what one craft says comes in the order of its time. What does not is left out.
+"""
+
+import math
+
+import numpy as np
+
+from grex_agent.gaussian import Gaussian, Matrix, propagate, update, update_along
+from grex_agent.mission import CraftPlan
+from grex_agent.range_update import Gate, Range, surprise, with_free_offset, work_in
+from grex_agent.team.along_track import PathLength
+from grex_link.messages import MateBelief, PlaceBelief
+from grex_link.ranging_config import BaseConfig, RangingConfig
+from grex_link.wire import NAVIGATION_VALID, TeamState
+
+_NORTH, _EAST, _V_NORTH, _V_EAST, _OFF_NORTH, _OFF_EAST = range(6)
+#: Noise of a velocity told: that of a moment, as steps of speed and heading.
+_TOLD_SIGMA_MPS = 0.05
+_STEP_S = 1.0
+
+
+class Watch:
+    """Estimates one craft from a fixed place.
+
+    Parameters
+    ----------
+    base : BaseConfig
+        Where the base is, and how the craft moves and errs.
+    ranging : RangingConfig
+        Noise and gate of ranges.
+    plan : CraftPlan
+        Of the craft watched.
+    """
+
+    def __init__(self, base: BaseConfig, ranging: RangingConfig, plan: CraftPlan) -> None:
+        self._base = base
+        self._ranging = ranging
+        self._path = PathLength(plan)
+        self._x: Gaussian | None = None
+        self._time_s = 0.0
+        self._told: TeamState | None = None
+        self._gate = Gate(ranging.gate)
+
+    def hear(self, state: TeamState) -> None:
+        """Work in what the craft tells of itself."""
+        if not state.flags & NAVIGATION_VALID:
+            return
+        velocity = state.speed_mps * math.cos(state.heading_rad), state.speed_mps * math.sin(state.heading_rad)
+        if self._x is not None and state.t_s < self._time_s:
+            return
+        self._told = state
+        if self._x is None:
+            self._begin(state, velocity)
+            return
+        x = self._at(self._x, state.t_s)
+        for axis, off, told in ((_NORTH, _OFF_NORTH, state.north_m), (_EAST, _OFF_EAST, state.east_m)):
+            row = np.zeros(6)
+            row[axis] = row[off] = 1.0
+            x = update_along(x, row, told - x.mean[axis] - x.mean[off], state.sigma_m**2)
+        for axis, speed in zip((_V_NORTH, _V_EAST), velocity, strict=True):
+            x = update(x, axis, speed - x.mean[axis], _TOLD_SIGMA_MPS**2)
+        self._x, self._time_s = x, state.t_s
+
+    def hear_range(self, heard: Range) -> bool:
+        """Work in a range to the craft; False if it is an outlier."""
+        if self._x is None or self._told is None or heard.there_s < self._time_s:
+            return True
+        x = self._at(self._x, heard.there_s)
+        north, east, down = self._base.place_ned_m
+        here = heard._replace(north_m=north, east_m=east, down_m=down, sigma_m=0.0)
+        seen = surprise(x, here, self._told.depth_m, self._ranging.sigma_m)
+        verdict = self._gate.judge(seen.squared)
+        if verdict == "outlier":
+            return False
+        if verdict == "wrong":
+            x = with_free_offset(x, _OFF_NORTH, seen.innovation_m**2)
+            seen = surprise(x, here, self._told.depth_m, self._ranging.sigma_m)
+        self._x, self._time_s = work_in(x, seen), heard.there_s
+        return verdict == "good"
+
+    def belief(self, craft: str, now_s: float) -> tuple[MateBelief, PlaceBelief] | None:
+        """Say where the craft is now, with its progress and with the covariance; None before its first message."""
+        if self._x is None or self._told is None:
+            return None
+        x = self._at(self._x, now_s)
+        north, east, p = x.mean[_NORTH], x.mean[_EAST], x.covariance
+        variance_north, variance_east = float(p[_NORTH, _NORTH]), float(p[_EAST, _EAST])
+        sigma_m = math.sqrt(max(variance_north, variance_east))
+        progress = self._path.progress(self._distance_m(now_s))
+        return (
+            MateBelief(craft, north, east, progress, sigma_m, now_s - self._told.t_s),
+            PlaceBelief(craft, north, east, (variance_north, variance_east, float(p[_NORTH, _EAST]))),
+        )
+
+    # -- inside -------------------------------------------------------------------------------------------------
+
+    def _begin(self, state: TeamState, velocity: tuple[float, float]) -> None:
+        variance, speed = state.sigma_m**2, _TOLD_SIGMA_MPS**2
+        covariance = np.diag((2.0 * variance, 2.0 * variance, speed, speed, variance, variance))
+        for axis, off in ((_NORTH, _OFF_NORTH), (_EAST, _OFF_EAST)):
+            covariance[axis, off] = covariance[off, axis] = -variance
+        self._x = Gaussian((state.north_m, state.east_m, *velocity, 0.0, 0.0), covariance)
+        self._time_s = state.t_s
+
+    def _distance_m(self, t_s: float) -> float:
+        """How far along its plan the craft has come, from what it has told."""
+        if self._told is None:
+            return 0.0
+        distance_m, _ = self._path.told(self._told)
+        return distance_m + self._told.speed_mps * max(t_s - self._told.t_s, 0.0)
+
+    def _at(self, x: Gaussian, t_s: float) -> Gaussian:
+        """Carry a state on from the time of the newest measurement."""
+        then_s = self._time_s
+        while t_s > then_s:
+            dt = min(t_s - then_s, _STEP_S)
+            then_s += dt
+            x = self._predict(x, then_s, dt)
+        return x
+
+    def _predict(self, x: Gaussian, t_s: float, dt: float) -> Gaussian:
+        v_north, v_east = x.mean[_V_NORTH], x.mean[_V_EAST]
+        turn = self._path.tracks[self._path.number(self._distance_m(t_s))].curvature * math.hypot(v_north, v_east) * dt
+        cos, sin = math.cos(turn), math.sin(turn)
+        keep = math.exp(-dt / self._base.told_time_s)
+        jacobian: Matrix = np.diag((1.0, 1.0, cos, cos, keep, keep))
+        jacobian[_V_NORTH, _V_EAST], jacobian[_V_EAST, _V_NORTH] = -sin, sin
+        jacobian[_NORTH, [_V_NORTH, _V_EAST]] = 0.5 * dt * np.array((1.0 + cos, -sin))
+        jacobian[_EAST, [_V_NORTH, _V_EAST]] = 0.5 * dt * np.array((sin, 1.0 + cos))
+        after = tuple((jacobian @ np.array(x.mean)).tolist())
+        told = 0.0 if self._told is None else self._told.sigma_m**2
+        pushed, drifted = self._base.acceleration_noise_mps**2, told * (1.0 - keep * keep)
+        noise = np.diag((pushed * dt**3 / 3.0, pushed * dt**3 / 3.0, pushed * dt, pushed * dt, drifted, drifted))
+        noise[_NORTH, _V_NORTH] = noise[_V_NORTH, _NORTH] = pushed * dt**2 / 2.0
+        noise[_EAST, _V_EAST] = noise[_V_EAST, _EAST] = pushed * dt**2 / 2.0
+        return propagate(after, x.covariance, jacobian, noise)
