@@ -45,7 +45,7 @@ class BaseCore:
         self._tick_ns = tick_ns(scenario.clock.tick_s)
         self._watched = config.watch
         self._depth_m = config.place_ned_m[2]
-        self._watch = Watch(config, scenario.team.ranging, plan.craft[config.watch])
+        self._watch = Watch(config, scenario.team.ranging, scenario.team.speed_model, plan.craft[config.watch])
         self._talk = TeamTalk(craft, plan, form)
         self._messenger = Messenger(scenario, craft, plan, profile, self._talk, form)
         self._time_ns: int | None = None

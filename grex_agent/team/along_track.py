@@ -49,6 +49,10 @@ class PathLength:
         """Find the number of the track at a distance; the first and the last one go on beyond their ends."""
         return max(bisect_right(self._starts, distance_m) - 1, 0)
 
+    def start(self, number: int) -> float:
+        """Distance at which a track begins, metres."""
+        return self._starts[number]
+
     def progress(self, distance_m: float) -> float:
         """Track number plus Θ at a distance."""
         number = self.number(distance_m)
