@@ -19,7 +19,17 @@ from grex_agent.team.interface import Own, TeamContext, load_estimator
 from grex_agent.tell import TeamTalk
 from grex_link import wire
 from grex_link.config import Scenario
-from grex_link.messages import AgentState, Fix, MateBelief, Message, ModemEvent, PlaceBelief, PortLedger, Setpoint, Truth
+from grex_link.messages import (
+    AgentState,
+    Fix,
+    MateBelief,
+    Message,
+    ModemEvent,
+    PlaceBelief,
+    PortLedger,
+    Setpoint,
+    Truth,
+)
 from grex_link.profile import load_profile
 from grex_link.units import NS, tick_ns
 

@@ -130,7 +130,8 @@ class Messenger:
 
     def _ask_for_range(self, now_ns: int, own_messages: int) -> None:
         """Have the next range measured in the next own slot, one at a time."""
-        if self._asking is None and (mate := self._ranging.next_to_ask(own_messages)) is not None:
+        self._ranging.on_own_messages(own_messages)
+        if self._asking is None and (mate := self._ranging.next_to_ask()) is not None:
             self._asking = self._port.range(mate, now_ns)
 
     def _payload(self, tell: Tell, form: Form, *, heard_by_all: bool = True) -> bytes | None:

@@ -25,8 +25,10 @@ from grex_link.config import OwnFilterConfig, SpeedModelConfig
 from grex_link.messages import Fix
 from grex_link.ranging_config import InertialConfig, RangingConfig
 
-_NORTH, _EAST, _SPEED, _ERROR, _CURRENT_NORTH, _CURRENT_EAST, _OFF_NORTH, _OFF_EAST, _DRIFT_NORTH, _DRIFT_EAST = range(10)
+_NORTH, _EAST, _SPEED, _ERROR, _CURRENT_NORTH, _CURRENT_EAST = range(6)
+_OFF_NORTH, _OFF_EAST, _DRIFT_NORTH, _DRIFT_EAST = range(6, 10)
 _ABSOLUTE_STATES, _INERTIAL_STATES = 6, 10
+_NO_RANGES = RangingConfig()
 
 
 class _Step(msgspec.Struct):
@@ -68,7 +70,7 @@ class OwnFilter:
         speed: SpeedModelConfig,
         known_current: tuple[float, float],
         inertial: InertialConfig | None = None,
-        ranging: RangingConfig = RangingConfig(),
+        ranging: RangingConfig = _NO_RANGES,
     ) -> None:
         self._config = config
         self._speed = SpeedModel(speed)

@@ -50,9 +50,8 @@ class OwnNavigation:
     def hear_ranges(self, ranges: Sequence[Range]) -> list[str]:
         """Work in ranges, of which the next fix profits; return what is to be reported as health."""
         own = self._filter
-        if own is None or all([own.hear_range(heard) for heard in ranges]):
-            return []
-        return ["range_rejected"]
+        good = [own is not None and own.hear_range(heard) for heard in ranges]
+        return [] if all(good) else ["range_rejected"]
 
     def place(self, fix: Fix | None) -> list[PlaceBelief]:
         """Say where the craft takes itself to be, if it knows: by a fix from `filtered`."""

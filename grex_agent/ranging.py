@@ -73,11 +73,14 @@ class Ranging:
         middle_s = t_ns / NS - one_way_s - profile.ranging.reply_s / 2.0
         self._note(event.destination, middle_s, middle_s, event.range_m)
 
-    def next_to_ask(self, own_messages: int) -> str | None:
-        """Say whom to ask for an answer after so many more own messages have left: all in turn; None for nobody."""
+    def on_own_messages(self, messages: int) -> None:
+        """Count own messages that have left."""
+        self._messages += messages
+
+    def next_to_ask(self) -> str | None:
+        """Say whom to ask for an answer now that so many messages have left: all in turn; None for nobody."""
         if self._config.mode != "two_way" or not self._paths:
             return None
-        self._messages += own_messages
         if self._place is None and self._messages < self._config.every:  # a base says nothing: it asks in every slot
             return None
         self._messages = 0
@@ -112,13 +115,9 @@ class Ranging:
         way_m = state.speed_mps * (mate_s - state.t_s)
         distance_m, _ = path.told(state)
         (north0, east0), (north1, east1) = path.point(distance_m), path.point(distance_m + way_m)
+        north, east = state.north_m + north1 - north0, state.east_m + east1 - east0
         sigma_m = math.hypot(state.sigma_m, _CARRYING_ERROR * way_m)
-        self._ranges.append(
-            Range(
-                own_s, mate_s, mate, range_m, state.north_m + north1 - north0, state.east_m + east1 - east0, state.depth_m,
-                sigma_m,
-            )
-        )  # fmt: skip
+        self._ranges.append(Range(own_s, mate_s, mate, range_m, north, east, state.depth_m, sigma_m))
 
 
 def ranged_to(scenario: Scenario, craft: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Can ranging work as the scenario wants it? Somebody to range to, a modem that can, and slots with room for answers."""
+"""Can ranging work as a scenario wants it? Somebody to range to, a modem that can, and slots with room for answers."""
 
 from grex_agent.mission import TeamPlan, range_max_m
 from grex_agent.modem.outbox import NEARER
@@ -86,7 +86,7 @@ def _check_room(scenario: Scenario, plan: TeamPlan, profile: ModemProfile, form:
             would_do = f"length_s = {needed_s:g} would do" if own else f"{missing_s:g} would do"
             raise ConfigError(
                 path,
-                f"the slot of {slot.craft}, {slot.length_ns / NS:g} s, has no room for a range and its answer; {would_do}",
+                f"the slot of {slot.craft} has {slot.length_ns / NS:g} s, too few for a range; {would_do}",
             )
 
 

@@ -1,11 +1,12 @@
 """One craft as a base sees it, that stays where it is: from what the craft tells, and from ranges (the paper's ref. 5).
 
 State x = [north, east, v_north, v_east, b_north, b_east]: position (m), velocity over ground (m/s) and the error of the
-positions that the craft tells (m). Between measurements the velocity turns as the plan does, and where the planned speed
-changes with the track it follows, as fast as a craft can; with white noise besides. b is a Gauss-Markov process, because the error of a navigation stays for a while: that a hundred messages say the same
-does not make it true. A message measures position plus b, and the velocity; a range measures the position alone. The
-filter stands at the time of the newest measurement and is carried on from there for every belief, so that nothing has
-to be done twice: what one craft says comes in the order of its time. What does not is left out.
+positions that the craft tells (m). Between measurements the velocity turns as the plan does, and follows where the
+planned speed changes with the track, as fast as a craft can; with white noise besides. b is a Gauss-Markov process,
+because the error of a navigation stays for a while: that a hundred messages say the same does not make it true. A
+message measures position plus b, and the velocity; a range measures the position alone. The filter stands at the time
+of the newest measurement and is carried on from there for every belief, so that nothing has to be done twice: what one
+craft says comes in the order of its time. What does not is left out.
 """
 
 import math
@@ -16,8 +17,8 @@ from grex_agent.gaussian import Gaussian, Matrix, propagate, update, update_alon
 from grex_agent.mission import CraftPlan
 from grex_agent.range_update import Gate, Range, surprise, with_free_offset, work_in
 from grex_agent.team.along_track import PathLength
-from grex_link.messages import MateBelief, PlaceBelief
 from grex_link.config import SpeedModelConfig
+from grex_link.messages import MateBelief, PlaceBelief
 from grex_link.ranging_config import BaseConfig, RangingConfig
 from grex_link.wire import NAVIGATION_VALID, TeamState
 

@@ -70,7 +70,7 @@ def _errors(wrong: NDArray[np.float64], covariance: NDArray[np.float64]) -> Plac
     squared = (wrong**2).sum(axis=1)
     north, east, both = covariance.T
     determinant = north * east - both**2
-    normalised = (east * wrong[:, 0] ** 2 - 2.0 * both * wrong[:, 0] * wrong[:, 1] + north * wrong[:, 1] ** 2)
+    normalised = east * wrong[:, 0] ** 2 - 2.0 * both * wrong[:, 0] * wrong[:, 1] + north * wrong[:, 1] ** 2
     known = determinant > 0.0  # a navigation that claims no error has no NEES
     nees = float((normalised[known] / determinant[known]).mean()) if known.any() else math.nan
     return PlaceErrors(

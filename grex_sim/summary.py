@@ -62,7 +62,7 @@ class Summary(msgspec.Struct, kw_only=True):
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
     navigation: dict[str, PlaceErrors]
-    """For each craft, how far from the truth it took itself to be; ``base>craft``: the same of a craft a base watches."""
+    """For each craft, how far off it was where it took itself to be; ``base>craft``: where a base took it to be."""
     ledger_s: float | None
     """Mission time of the newest ledger of the water; None if there is none."""
     ledger_faults: list[str]

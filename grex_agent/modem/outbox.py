@@ -23,8 +23,8 @@ from grex_link.messages import Happening, RangeRequest, RangeResult, Request, Tr
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
 
-#: Craft that come nearer at up to 7 m/s hear what follows a message too early by this share of its airtime, and would be
-#: deaf to it: a ping waits as much longer.
+#: Craft that come nearer at up to 7 m/s hear what follows a message too early by this share of its airtime, while they
+#: still listen to the message: a ping waits so much longer.
 NEARER = 0.005
 
 
