@@ -163,6 +163,8 @@ def _check_names(scenario: Scenario) -> None:
 
 
 def _check_bases(scenario: Scenario) -> None:
+    if not scenario.formation:
+        raise ConfigError("$.craft", "there are only bases; at least one craft must move")
     for base, config in scenario.bases.items():
         if config.watch not in scenario.formation:
             known = ", ".join(scenario.formation)
@@ -182,8 +184,6 @@ def _check_mission_names(scenario: Scenario) -> None:
         if craft not in scenario.craft:
             known = ", ".join(scenario.craft)
             raise ConfigError(f"$.mission.{table}.{craft}", f"unknown craft; there are {known}")
-    if not scenario.formation:
-        raise ConfigError("$.craft", "there are only bases; at least one craft must move")
     for craft in scenario.formation:
         if craft not in planned:
             raise ConfigError(f"$.mission.{table}.{craft}", "is missing: every craft needs its part in the mission")

@@ -24,8 +24,8 @@ class PlaceErrors(msgspec.Struct, frozen=True):
     """At the end of the run."""
     sigma_m: float
     """What the agent claimed for that distance: root mean of the trace of its covariance, metres."""
-    nees: float
-    """Mean of eᵀ P⁻¹ e over the run; 2 if the covariance is right. Its values are not independent of each other."""
+    nees: float | None
+    """Mean of eᵀ P⁻¹ e over the run; 2 if the covariance is right; None if none is claimed. Its values are not independent."""
 
 
 class BelievedPlaces:
@@ -72,7 +72,7 @@ def _errors(wrong: NDArray[np.float64], covariance: NDArray[np.float64]) -> Plac
     determinant = north * east - both**2
     normalised = east * wrong[:, 0] ** 2 - 2.0 * both * wrong[:, 0] * wrong[:, 1] + north * wrong[:, 1] ** 2
     known = determinant > 0.0  # a navigation that claims no error has no NEES
-    nees = float((normalised[known] / determinant[known]).mean()) if known.any() else math.nan
+    nees = float((normalised[known] / determinant[known]).mean()) if known.any() else None
     return PlaceErrors(
         len(wrong),
         math.sqrt(float(squared.mean())),

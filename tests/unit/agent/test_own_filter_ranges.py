@@ -108,7 +108,7 @@ def test_a_start_that_is_far_off_is_found():
 
 
 def test_consistent_with_ranges():
-    """With errors drawn as the filter models them, NEES over position is in its 95 % band, with ranges that are late."""
+    """With errors drawn as the filter models them, NEES over position is in its 95 % band, with late ranges."""
     draw = np.random.default_rng(2008)
     total = sum(_normalised_error(draw) for _ in range(100))
     # χ² with 200 degrees of freedom: 95 % lie between 162.7 and 241.1.

@@ -67,7 +67,7 @@ def test_at_the_same_place():
 
 
 def test_several_outliers_in_a_row_are_none():
-    """Four surprising ranges are left out, the fifth in a row means that the position is wrong; a good one begins anew."""
+    """Four surprising ranges are left out, the fifth in a row is not: the position is wrong. A good one begins anew."""
     gate = Gate(9.0)
     assert [gate.judge(squared) for squared in (10.0, 10.0, 8.9, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0)] == [
         "outlier", "outlier", "good", *["outlier"] * 4, "wrong", "outlier",
