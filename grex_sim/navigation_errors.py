@@ -23,9 +23,10 @@ class PlaceErrors(msgspec.Struct, frozen=True):
     last_m: float
     """At the end of the run."""
     sigma_m: float
-    """What the agent claimed for that distance: root mean of the trace of its covariance, metres."""
+    """What the agent claimed for that distance: root of the mean trace of its covariance, metres."""
     nees: float | None
-    """Mean of eᵀ P⁻¹ e over the run; 2 if the covariance is right; None if none is claimed. Its values are not independent."""
+    """Mean of eᵀ P⁻¹ e over the run, whose values are not independent: 2 if the covariance is right, less if it is too
+    great; None if none is claimed."""
 
 
 class BelievedPlaces:

@@ -22,6 +22,8 @@ SUMMARY_FILE = "summary.json"
 SERIES_FILE = "series.csv"
 #: How many reasons of losses are named to a person.
 _MAIN_REASONS = 3
+#: Errors of a position below this are not told to a person.
+_WORTH_TELLING_M = 0.01
 
 
 class Summary(msgspec.Struct, kw_only=True):
@@ -197,6 +199,7 @@ def as_text(summary: Summary) -> str:
             f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes), {summary.delivered} received, "
             f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
         ),
+        *_about_navigation(summary.navigation),
         *_about_links(summary.paths),
         f"digest {summary.digest}",
     ]
@@ -204,6 +207,12 @@ def as_text(summary: Summary) -> str:
     if summary.out:
         lines.append(f"files in {summary.out}")
     return "\n".join(lines)
+
+
+def _about_navigation(navigation: Mapping[str, PlaceErrors]) -> list[str]:
+    """Say who did not know where it, or the craft it watches, was."""
+    wrong = [f"{who} {error.rms_m:.2f} m" for who, error in navigation.items() if error.rms_m >= _WORTH_TELLING_M]
+    return [f"believed positions wrong by (r.m.s.): {', '.join(wrong)}"] if wrong else []
 
 
 def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:

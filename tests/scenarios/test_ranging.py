@@ -3,6 +3,8 @@
 import pytest
 from missions import fly
 
+from grex_sim.summary import as_text
+
 DRIFTING = ("auv1", "auv2")
 
 
@@ -21,6 +23,13 @@ def test_ranges_bound_the_drift():
         assert held[craft].nees < 4.0
         assert held[craft].sigma_m < 3.0
     assert held["boat"].rms_m < 0.3
+
+
+def test_a_person_is_told():
+    """What is printed names those who did not know where they were, and how much."""
+    run = fly("base", "duration_s=60")
+    assert f"auv2 {run.navigation['auv2'].rms_m:.2f} m, base>auv2 " in as_text(run)
+    assert "believed" not in as_text(fly("paper-d", "duration_s=60"))
 
 
 def test_one_way_ranges_do_the_same():
@@ -42,7 +51,7 @@ def test_outliers_are_rejected_and_reported():
 
 
 def test_a_base_watches_and_has_no_part():
-    """The base knows where its craft is to half a metre or so; FD is that of three craft, and it tells nobody anything."""
+    """The base knows where its craft is to less than a metre; FD is that of three craft, and it tells nothing."""
     run = fly("base", "duration_s=600")
     watched = run.navigation["base>auv2"]
     assert watched.rms_m < 0.8
