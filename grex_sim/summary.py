@@ -96,7 +96,7 @@ def summarise(
     """Judge a run that is over, whether or not it came to its end."""
     positions = logbook.positions
     moving = [place for place, craft in enumerate(scenario.craft) if craft not in scenario.bases]
-    result = score(positions[:, moving], plan, scenario.score)
+    result = score(positions[:, moving] if len(positions) else positions, plan, scenario.score)
     ticks = max(len(positions) - 1, 0)
     judged = ticks > 0
     distance, angle, xte = result.parts if judged else (None, None, None)
