@@ -18,6 +18,16 @@ def sail(craft, seconds, every=3):
     return craft
 
 
+def test_the_first_fix():
+    """At the first fix the position may be off by the offset, but the two together only by the noise of the fix."""
+    craft = Drifting()
+    craft.step()
+    p = craft.filter.covariance
+    assert p[0, 0] == pytest.approx(INERTIAL.offset_sigma_m**2 + INERTIAL.noise_m**2)
+    assert p[0, 0] + p[6, 6] + 2.0 * p[0, 6] == pytest.approx(INERTIAL.noise_m**2)
+    assert p[1, 1] + p[7, 7] + 2.0 * p[1, 7] == pytest.approx(INERTIAL.noise_m**2)
+
+
 def test_without_ranges_the_drift_is_taken_for_truth():
     """Fixes alone cannot tell: the error grows with the drift, and sigma says so."""
     craft = sail(Drifting(*OFF), 300, every=0)
