@@ -5,6 +5,7 @@ from collections.abc import Callable
 from grex_agent.frontseat.address import check_frontseats
 from grex_agent.mission import TeamPlan, range_min_m
 from grex_agent.modem.micromodem_rates import check_serial_modems
+from grex_agent.ranging_check import check_ranging
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError, WireError
 from grex_link.link_config import WaterConfig
@@ -30,7 +31,8 @@ def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile
         With the path of what cannot be, and what would do.
     """
     _check_team(scenario, profile)
-    state_form(scenario, profile)
+    form = state_form(scenario, profile)
+    check_ranging(scenario, plan, profile, form)
     _check_reach(scenario, plan, profile)
     _check_separation(scenario, plan)
     check_serial_modems(scenario)

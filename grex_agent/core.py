@@ -19,7 +19,17 @@ from grex_agent.own_navigation import OwnNavigation
 from grex_agent.separation import SeparationGuard
 from grex_agent.team.interface import Own
 from grex_link.config import Scenario
-from grex_link.messages import AgentState, Fix, MateBelief, Message, ModemEvent, PortLedger, Setpoint, Truth
+from grex_link.messages import (
+    AgentState,
+    Fix,
+    MateBelief,
+    Message,
+    ModemEvent,
+    PlaceBelief,
+    PortLedger,
+    Setpoint,
+    Truth,
+)
 from grex_link.profile import load_profile
 from grex_link.units import NS, tick_ns
 
@@ -58,7 +68,7 @@ class AgentCore:
         self._estimator: Any = team.estimator
         self._prepare = getattr(self._estimator, "prepare", None)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
-        self._navigation = OwnNavigation(scenario)
+        self._navigation = OwnNavigation(scenario, craft)
         self._guard = SeparationGuard(scenario.team, craft, plan)
         self._messenger = Messenger(scenario, craft, plan, profile, team.talk, team.policy, team.message_bytes)
         self._time_ns: int | None = None
@@ -66,6 +76,7 @@ class AgentCore:
         self._fix_usable = False
         self._own: Own | None = None
         self._beliefs: list[MateBelief] = []
+        self._places: list[PlaceBelief] = []
 
     @property
     def bad_frames(self) -> int:
@@ -107,10 +118,12 @@ class AgentCore:
         health = self._navigation_health(now_ns)
         lost = bool(health)
         self._fix = fix = self._navigation.filtered(time_ns / NS, self._fix, lost=lost)
+        self._places = [] if lost else self._navigation.place(fix)
         if fix is not None and not lost:
             self._processor.follow(fix.north_m, fix.east_m)
             self._own = Own(fix.north_m, fix.east_m, self._processor.progress)
         sent, heard = self._messenger.take(now_ns)
+        health += self._navigation.hear_ranges(self._messenger.take_ranges())
         if self._own is not None:
             self._beliefs = self._estimator.step(time_ns / NS, self._own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
@@ -186,6 +199,7 @@ class AgentCore:
             self._beliefs,
             health,
             self.bad_frames,
+            self._places,
         )
 
     def _setpoint(self, tick: int, now_ns: int, speed_mps: float, *, hold: bool) -> Setpoint:

@@ -40,3 +40,23 @@ def update(x: Gaussian, index: int, innovation: float, variance: float) -> Gauss
     shrink[:, index] -= gain
     mean = tuple(value + share * innovation for value, share in zip(x.mean, gain.tolist(), strict=True))
     return Gaussian(mean, shrink @ p @ shrink.T + variance * np.outer(gain, gain))
+
+
+def update_along(x: Gaussian, row: Matrix, innovation: float, variance: float) -> Gaussian:
+    """Work in one number that is measured of several components; see `update`.
+
+    Parameters
+    ----------
+    x : Gaussian
+        Before.
+    row : ndarray, shape (n,)
+        Derivatives of the measurement by the components.
+    innovation, variance : float
+        See `update`.
+    """
+    p = x.covariance
+    across = p @ row
+    gain = across / (float(row @ across) + variance)
+    shrink = np.eye(len(x.mean)) - np.outer(gain, row)
+    mean = tuple(value + share * innovation for value, share in zip(x.mean, gain.tolist(), strict=True))
+    return Gaussian(mean, shrink @ p @ shrink.T + variance * np.outer(gain, gain))

@@ -5,11 +5,14 @@ from typing import Any, Protocol
 
 from grex_agent.mission import TeamPlan, range_max_m
 from grex_agent.modem.port import ModemPort
+from grex_agent.range_update import Range
+from grex_agent.ranging import Ranging
 from grex_agent.talk_policy import TalkPolicy
+from grex_agent.team.interface import Report
 from grex_link.config import Scenario
 from grex_link.errors import WireError
 from grex_link.mac import plan_mac
-from grex_link.messages import ModemEvent, PortLedger, Received, Request, TxEvent
+from grex_link.messages import ModemEvent, PortLedger, RangeResult, Received, Request, TxEvent
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
 from grex_link.wire import Form
@@ -79,6 +82,8 @@ class Messenger:
         self._policy = policy
         planned_m = 0.0 if profile.one_speaker_at_a_time else range_max_m(plan)
         self._port = ModemPort(craft, list(scenario.craft), profile, plan_mac(scenario, planned_m, message_bytes))
+        self._ranging = Ranging(scenario, craft, plan, profile)
+        self._asking: int | None = None
         self._reached_ns = 0
         self._land_ns, self._heard_by_all_on_land = _land(scenario, craft)
         self._ledger_ns = round(scenario.link.ledger_s * NS)
@@ -100,17 +105,29 @@ class Messenger:
         """Take what has been sent and heard since the last time."""
         sent: list[Any] = []
         heard: list[Any] = []
-        happenings = [happening for event in self._events for happening in self._port.on_event(event)]
+        happenings = [(event.t_ns, happening) for event in self._events for happening in self._port.on_event(event)]
         self._events.clear()
-        for happening in [*happenings, *self._port.take_events()]:
+        for t_ns, happening in [*happenings, *((now_ns, happening) for happening in self._port.take_events())]:
             if isinstance(happening, Received):
                 if report := self._talk.read(happening, now_ns / NS):
                     heard.append(report)
+                    if isinstance(report, Report):
+                        self._ranging.on_message(happening, t_ns, report.state)
+            elif isinstance(happening, RangeResult):
+                self._ranging.on_range(happening, t_ns)
+                self._asking = None
             elif isinstance(happening, TxEvent) and happening.status in {"SENT", "FAILED"}:
                 state = self._on_air.pop(happening.ticket, None)
                 if state is not None and happening.status == "SENT":
                     sent.append(state)
+                if happening.ticket == self._asking and happening.status == "FAILED":
+                    self._asking = None
+        self._ask_for_range(now_ns, len(sent))
         return sent, heard
+
+    def take_ranges(self) -> list[Range]:
+        """Take the ranges that have been measured until the last `take`."""
+        return self._ranging.take()
 
     def speak(self, now_ns: int, before_ns: int, tell: Tell) -> list[Request]:
         """Ask the modem for what is to be said within [now, before), by the craft's clock."""
@@ -139,6 +156,12 @@ class Messenger:
         return True
 
     # -- inside -------------------------------------------------------------------------------------------------
+
+    def _ask_for_range(self, now_ns: int, own_messages: int) -> None:
+        """Have the next range measured in the next own slot, one at a time."""
+        self._ranging.on_own_messages(own_messages)
+        if self._asking is None and (mate := self._ranging.next_to_ask()) is not None:
+            self._asking = self._port.range(mate, now_ns)
 
     def _payload(self, tell: Tell, form: Form | None = None, *, heard_by_all: bool = True) -> bytes | None:
         """Pack what is to be told, for the next request; what the mates will read is kept until it has been sent."""
@@ -172,4 +195,4 @@ def _land(scenario: Scenario, craft: str) -> tuple[int, bool]:
     links = [land for land in scenario.link.land if craft in land.between]
     mates = {mate for land in links for mate in land.between if mate != craft}
     every_s = min((land.every_s for land in links), default=0.0)
-    return max(round(every_s * NS), 1) if links else 0, len(mates) == len(scenario.craft) - 1
+    return max(round(every_s * NS), 1) if links else 0, {craft, *mates} >= set(scenario.formation)

@@ -58,6 +58,8 @@ class TeamPlan:
 
     craft: dict[str, CraftPlan]
     duration_s: float
+    bases: tuple[tuple[float, float, float], ...] = ()
+    """Where modems stand that have no part in the mission, NED, metres."""
 
 
 def plan_mission(scenario: Scenario) -> TeamPlan:
@@ -70,10 +72,10 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
     """
     mission = scenario.mission
     if isinstance(mission, Lawnmower):
-        plans = {craft: _lawnmower(mission, mission.formation_m[craft]) for craft in scenario.craft}
+        plans = {craft: _lawnmower(mission, mission.formation_m[craft]) for craft in scenario.formation}
         table = "formation_m"
     else:
-        plans = {craft: _track_list(mission, craft, mission.craft[craft]) for craft in scenario.craft}
+        plans = {craft: _track_list(mission, craft, mission.craft[craft]) for craft in scenario.formation}
         table = "craft"
     if any(len(plan.tracks) > TRACKS_MAX for plan in plans.values()):
         raise ConfigError("$.mission.legs", f"more than {TRACKS_MAX} tracks, which is all a message can number")
@@ -81,7 +83,8 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
     for craft, plan in plans.items():
         _check_speeds(scenario, craft, plan, f"$.mission.{table}.{craft}")
     first = next(iter(plans.values()))
-    return TeamPlan(plans, sum(track.length_m / track.speed_mps for track in first.tracks))
+    duration_s = sum(track.length_m / track.speed_mps for track in first.tracks)
+    return TeamPlan(plans, duration_s, tuple(base.place_ned_m for base in scenario.bases.values()))
 
 
 def range_max_m(plan: TeamPlan) -> float:
@@ -110,7 +113,7 @@ def _moments(plan: TeamPlan, least: int = 1) -> Iterator[list[tuple[float, float
         for step in range(steps + 1):
             places = [track.point(step / steps) for track in tracks]
             for now in (depths, before) if step == 0 else (depths,):
-                yield [(*place, depth) for place, depth in zip(places, now, strict=True)]
+                yield [*((*place, depth) for place, depth in zip(places, now, strict=True)), *plan.bases]
         before = depths
 
 

@@ -1,14 +1,16 @@
 """What a craft makes of its own fixes: as they are, or filtered."""
 
 import math
+from collections.abc import Sequence
 
 import msgspec
 
 from grex_agent.coordination import UNBIASED
 from grex_agent.own_filter import OwnFilter
 from grex_agent.path import wrap
+from grex_agent.range_update import Range
 from grex_link.config import Scenario
-from grex_link.messages import Fix, Setpoint
+from grex_link.messages import Fix, PlaceBelief, Setpoint
 
 
 class OwnNavigation:
@@ -18,16 +20,22 @@ class OwnNavigation:
     ----------
     scenario : Scenario
         Filter, and the current that is known.
+    craft : str
+        Whose fixes they are.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, craft: str) -> None:
+        self._craft = craft
         known = scenario.sea.known_current_ned_mps
         north, east, _ = scenario.sea.current_ned_mps if known is None else known
         self._known_current = north, east
         config = scenario.team.own_filter
-        self._filter = None if config is None else OwnFilter(config, scenario.team.speed_model, (north, east))
-        self._bias_max = scenario.team.bias_max_relative if scenario.team.controller in UNBIASED else 0.0
-        self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
+        team, inertial = scenario.team, scenario.craft[craft].inertial
+        self._filter = (
+            None if config is None else OwnFilter(config, team.speed_model, (north, east), inertial, team.ranging)
+        )
+        self._bias_max = team.bias_max_relative if team.controller in UNBIASED else 0.0
+        self._speed_min_mps, self._speed_max_mps = team.speed_min_mps, team.speed_max_mps
         self._taken: Fix | None = None
         self._through_water_mps = 0.0
 
@@ -65,6 +73,23 @@ class OwnNavigation:
         east = gain * (setpoint.speed_mps * sin - estimated[1]) + known[1]
         speed = min(max(math.hypot(north, east), self._speed_min_mps), self._speed_max_mps)
         return msgspec.structs.replace(setpoint, course_rad=wrap(math.atan2(east, north)), speed_mps=speed)
+
+    def hear_ranges(self, ranges: Sequence[Range]) -> list[str]:
+        """Work in ranges, of which the next fix profits; return what is to be reported as health."""
+        own = self._filter
+        good = [own is not None and own.hear_range(heard) for heard in ranges]
+        return [] if all(good) else ["range_rejected"]
+
+    def place(self, fix: Fix | None) -> list[PlaceBelief]:
+        """Say where the craft takes itself to be, if it knows: by a fix from `filtered`."""
+        if fix is None:
+            return []
+        if self._filter is None or self._filter.covariance is None:
+            covariance = fix.sigma_m**2, fix.sigma_m**2, 0.0
+        else:
+            p = self._filter.covariance
+            covariance = float(p[0, 0]), float(p[1, 1]), float(p[0, 1])
+        return [PlaceBelief(self._craft, fix.north_m, fix.east_m, covariance)]
 
     def ordered(self, setpoint: Setpoint) -> None:
         """Note what has been ordered: over ground, and so through the water, as far as the current is known."""

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from grex_agent.base import BaseCore
 from grex_agent.core import AgentCore
 from grex_agent.team.interface import needs_oracle
 from grex_link.clock import WallClock
@@ -33,7 +34,7 @@ class Agent:
 
     def __init__(self, scenario: Scenario, craft: str, outlet: Outlet) -> None:
         self.done = self.started = False
-        self._core = AgentCore(scenario, craft)
+        self._core = (AgentCore if scenario.craft[craft].base is None else BaseCore)(scenario, craft)
         self._craft = craft
         self._outlet = outlet
         self._lockstep = scenario.clock.lockstep

@@ -11,6 +11,7 @@ from msgspec import Meta
 from grex_link.config_base import Config, Finite, ImportPath, Name, NonNegative, Positive, Probability
 from grex_link.coordination_config import PeriodicTalk, ReferenceConfig, TalkConfig
 from grex_link.link_config import LinkConfig
+from grex_link.ranging_config import BaseConfig, InertialConfig, RangingConfig
 
 
 class ClockConfig(Config, frozen=True):
@@ -129,6 +130,7 @@ class TeamConfig(Config, frozen=True):
     speed_model: SpeedModelConfig = SpeedModelConfig()
     own_filter: OwnFilterConfig | None = None
     """Filter the own fixes; control and messages then have the filtered position. Left out: fixes are taken as is."""
+    ranging: RangingConfig = RangingConfig()
 
 
 class GuidanceConfig(Config, frozen=True):
@@ -339,6 +341,10 @@ class CraftConfig(Config, frozen=True):
     self_noise: SelfNoiseConfig | None = None
     vehicle: VehicleConfig = VehicleConfig()
     navigation: NavigationConfig = NavigationConfig()
+    inertial: InertialConfig | None = None
+    """The craft's navigation is inertial, and its own filter models that; left out: it is absolute."""
+    base: BaseConfig | None = None
+    """It is no craft but a modem at a fixed place."""
 
 
 class ScoreConfig(Config, frozen=True):
@@ -368,6 +374,22 @@ class Scenario(Config, frozen=True, kw_only=True):
     score: ScoreConfig = ScoreConfig()
     craft: Annotated[dict[Name, CraftConfig], Meta(min_length=1, max_length=200)]
     """The team, in the order of the formation polygon: lines between neighbours do not cross (paper, Fig. 3)."""
+
+    @property
+    def formation(self) -> list[str]:
+        """Craft that have a part in the mission: all but the bases, in the order of the team."""
+        return [craft for craft, config in self.craft.items() if config.base is None]
+
+    @property
+    def bases(self) -> dict[str, BaseConfig]:
+        """Modems at fixed places."""
+        return {craft: config.base for craft, config in self.craft.items() if config.base is not None}
+
+    @property
+    def speakers(self) -> list[str]:
+        """Who speaks under water by itself: a base only where it asks for ranges, in the order of the team."""
+        asking = self.team.ranging.mode == "two_way"
+        return [craft for craft, config in self.craft.items() if config.base is None or asking]
 
     @property
     def link_seed(self) -> int:

@@ -141,7 +141,7 @@ def plan_mac(scenario: Scenario, planned_m: float, message_bytes: int) -> Mac:
         return PureAlohaMac(mac.rate_per_s, profile.payload_max_bytes, scenario.link_seed)
     needs = slot_needs(scenario, planned_m, message_bytes)
     if isinstance(mac, Tdma):
-        return plan_schedule(mac, list(scenario.craft), needs)
+        return plan_schedule(mac, scenario.speakers, needs)
     return _plan_slotted_aloha(mac, needs, scenario.link_seed)
 
 

@@ -158,6 +158,16 @@ class MateBelief(Message, frozen=True):
     """Age of the newest information in it, seconds; -1 when there has been none."""
 
 
+class PlaceBelief(Message, frozen=True):
+    """Where a craft is, as some agent believes, with the covariance it claims."""
+
+    craft: str
+    north_m: float
+    east_m: float
+    covariance_m2: tuple[float, float, float]
+    """Variance north, variance east, and their covariance, m²."""
+
+
 class AgentState(Message, frozen=True):
     """Agent → bench: what the agent believes and does; nothing aboard reads it."""
 
@@ -177,6 +187,8 @@ class AgentState(Message, frozen=True):
     """Empty when all is well; otherwise words such as ``stale_fix``."""
     bad_frames: int
     """Datagrams since the start that were no team state of a mate."""
+    places: list[PlaceBelief] = []
+    """Its own position; of a base, that of the craft it watches. Empty while it knows none."""
 
 
 class AgentStates(Message, frozen=True):

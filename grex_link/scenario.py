@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from grex_link.config import Scenario
+from grex_link.config import Scenario, SimFrontseat
 from grex_link.errors import ConfigError
 from grex_link.fleet import write_out
 from grex_link.link_check import check_link
@@ -162,9 +162,22 @@ def _check_names(scenario: Scenario) -> None:
             raise ConfigError(
                 f"$.craft.{craft}", "this name is taken by another participant on the bus; choose another"
             )
+    _check_bases(scenario)
     check_link(scenario)
     _check_mission_names(scenario)
     _check_limits(scenario)
+
+
+def _check_bases(scenario: Scenario) -> None:
+    if not scenario.formation:
+        raise ConfigError("$.craft", "there are only bases; at least one craft must move")
+    for base, config in scenario.bases.items():
+        if config.watch not in scenario.formation:
+            known = ", ".join(scenario.formation)
+            raise ConfigError(f"$.craft.{base}.base.watch", f"no craft that moves: {config.watch!r}; there are {known}")
+        for table in ("inertial", "frontseat"):
+            if getattr(scenario.craft[base], table) not in {None, SimFrontseat()}:
+                raise ConfigError(f"$.craft.{base}.{table}", "a base stays where it is; leave it out")
 
 
 def _check_mission_names(scenario: Scenario) -> None:
@@ -172,10 +185,12 @@ def _check_mission_names(scenario: Scenario) -> None:
     table = "craft" if hasattr(mission, "craft") else "formation_m"
     planned = getattr(mission, table)
     for craft in planned:
+        if craft in scenario.bases:
+            raise ConfigError(f"$.mission.{table}.{craft}", "is a base, which has no part in the mission")
         if craft not in scenario.craft:
             known = ", ".join(scenario.craft)
             raise ConfigError(f"$.mission.{table}.{craft}", f"unknown craft; there are {known}")
-    for craft in scenario.craft:
+    for craft in scenario.formation:
         if craft not in planned:
             raise ConfigError(f"$.mission.{table}.{craft}", "is missing: every craft needs its part in the mission")
 

@@ -124,7 +124,7 @@ class LinkText:
 
     def _ages(self) -> Iterator[str]:
         by_age: dict[str, list[str]] = {}
-        for craft in self._scenario.craft:
+        for craft in self._scenario.formation:
             by_age.setdefault(f"{self._age_s(craft):.1f}", []).append(craft)
         for age_s, team in by_age.items():
             if age_s == "inf":

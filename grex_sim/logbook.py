@@ -21,6 +21,7 @@ from grex_link.messages import (
     Truth,
 )
 from grex_link.recorder import Recorder
+from grex_sim.navigation_errors import BelievedPlaces
 
 #: Messages that are written in one go when there is time, and that may wait for it.
 _SOME = 4
@@ -48,6 +49,8 @@ class Logbook:
         The newest ledger of each craft's modem port.
     late_ticks, late_setpoints : int
         Live paces: what did not keep up.
+    places : BelievedPlaces
+        Where the agents took themselves and others to be.
     """
 
     def __init__(self, recorder: Recorder | None = None) -> None:
@@ -66,6 +69,7 @@ class Logbook:
         self.bad_frames: dict[str, int] = {}
         self.adrift_steps: dict[str, int] = {}
         self.unhealthy_steps: dict[str, dict[str, int]] = {}
+        self.places = BelievedPlaces()
 
     def truth(self, truth: Truth) -> None:
         """Take down the true poses of a tick."""
@@ -116,6 +120,7 @@ class Logbook:
             for state in message.states:
                 self._unwritten.append((topic, craft, state))
                 self._note_health(craft, state)
+                self.places.note(craft, state)
         else:
             self._unwritten.append((topic, craft, message))
             if isinstance(message, LinkLedger):

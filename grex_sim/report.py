@@ -77,7 +77,7 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
     ConfigError
         If the picture cannot be written.
     """
-    run = _read(folder / SERIES_FILE, list(scenario.craft))
+    run = _read(folder / SERIES_FILE, scenario.formation)
     if run is None:
         return None
     figure = _figure(14.0, 10.5)

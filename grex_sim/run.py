@@ -35,7 +35,7 @@ def check_scenario(scenario: Scenario) -> TeamPlan:
         With the path of the fault.
     """
     plan = plan_mission(scenario)
-    AgentCore(scenario, next(iter(scenario.craft)))
+    AgentCore(scenario, scenario.formation[0])
     return plan
 
 

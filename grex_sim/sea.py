@@ -9,6 +9,7 @@ from grex_link.config import Scenario
 from grex_link.craft_clock import TeamClocks
 from grex_link.messages import Fix, Pose, Setpoint, Truth
 from grex_link.units import tick_ns
+from grex_sim.anchored import Anchored
 from grex_sim.external import External
 from grex_sim.navigation import Navigation
 from grex_sim.vehicle import Vehicle
@@ -29,13 +30,17 @@ class Sea:
         self._tick_ns = tick_ns(scenario.clock.tick_s)
         self.tick = 0
         self._team = list(scenario.craft)
-        self._vehicles: dict[str, Vehicle] = {}
+        self._vehicles: dict[str, Vehicle | Anchored] = {}
         self._navigation: dict[str, Navigation] = {}
         self.external: dict[str, External] = {}
         """Craft on MAVLink: their fixes are all that is known of them, and the best."""
         self._clocks = TeamClocks(scenario)
         self._all_right = all(clock.right for clock in self._clocks.craft.values())
         for craft, config in scenario.craft.items():
+            if config.base is not None:
+                self._vehicles[craft] = Anchored(craft, config.base.place_ned_m)
+                self._navigation[craft] = Navigation(craft, config.navigation, scenario.seed)
+                continue
             north, east, course = plan.craft[craft].start
             start = north, east, plan.craft[craft].start_depth_m, course
             if craft in scenario.mavlink_craft:

@@ -18,6 +18,7 @@ from grex_link.profile import load_profile
 from grex_link.units import NS
 from grex_sim.closest import Approach, closest_approach
 from grex_sim.logbook import Logbook
+from grex_sim.navigation_errors import PlaceErrors
 from grex_sim.score import Score, score
 
 SUMMARY_FILE = "summary.json"
@@ -26,6 +27,8 @@ SERIES_FILE = "series.csv"
 _MAIN_REASONS = 3
 #: In a larger team they are not named one by one.
 _SENDERS_NAMED = 6
+#: Errors of a position below this are not told to a person.
+_WORTH_TELLING_M = 0.01
 
 
 class Summary(msgspec.Struct, kw_only=True):
@@ -67,6 +70,8 @@ class Summary(msgspec.Struct, kw_only=True):
     """For each craft, in how many steps its agent reported which word of health."""
     closest: Approach | None
     """Closest approach of two craft; None for one craft."""
+    navigation: dict[str, PlaceErrors]
+    """For each craft, how far off it was where it took itself to be; ``base>craft``: where a base took it to be."""
     ledger_s: float | None
     """Mission time of the newest ledger of the water; None if there is none."""
     ledger_faults: list[str]
@@ -101,7 +106,8 @@ def summarise(
 ) -> tuple[Summary, Score]:
     """Judge a run that is over, whether or not it came to its end."""
     positions = logbook.positions
-    result = score(positions, plan, scenario.score)
+    moving = [place for place, craft in enumerate(scenario.craft) if craft not in scenario.bases]
+    result = score(positions[:, moving] if len(positions) else positions, plan, scenario.score)
     ticks = max(len(positions) - 1, 0)
     judged = ticks > 0
     distance, angle, xte = result.parts if judged else (None, None, None)
@@ -134,6 +140,7 @@ def summarise(
         adrift_steps=logbook.adrift_steps,
         unhealthy_steps=logbook.unhealthy_steps,
         closest=closest_approach(positions, list(scenario.craft), scenario.clock.tick_s),
+        navigation=logbook.places.errors(positions, list(scenario.craft)),
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
     )
@@ -211,6 +218,7 @@ def as_text(summary: Summary) -> str:
             f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
         ),
         *_about_senders(summary),
+        *_about_navigation(summary.navigation),
         *_about_links(summary.paths),
         *_about_distance(summary.closest),
         f"digest {summary.digest}",
@@ -228,6 +236,12 @@ def _about_senders(summary: Summary) -> list[str]:
         energy = f", {summary.sound_j[craft]:.3g} J of sound" if craft in summary.sound_j else ""
         parts.append(f"{craft} {source.started} ({source.bytes_sent} bytes{energy})")
     return [f"sent by {'; '.join(parts)}"] if 1 < len(parts) <= _SENDERS_NAMED else []
+
+
+def _about_navigation(navigation: Mapping[str, PlaceErrors]) -> list[str]:
+    """Say who did not know where it, or the craft it watches, was."""
+    wrong = [f"{who} {error.rms_m:.2f} m" for who, error in navigation.items() if error.rms_m >= _WORTH_TELLING_M]
+    return [f"believed positions wrong by (r.m.s.): {', '.join(wrong)}"] if wrong else []
 
 
 def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:

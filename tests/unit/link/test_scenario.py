@@ -286,7 +286,8 @@ def changed(document, path, value):
         return None
 
 
-WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable", "rover", "vision"]
+WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable", "rover", "vision",
+         "one_way"]  # fmt: skip
 
 
 def test_fingerprint_changes_with_any_value(text: str) -> None:
@@ -307,6 +308,7 @@ def test_fingerprint_changes_with_any_value(text: str) -> None:
         "craft.auv1.vehicle.speed_limits=[{start_s=1, end_s=2, max_mps=0.5}]",
         "team.own_filter={speed_sigma_mps=0.02}",
         "craft.auv3.modem={type='serial', port='/dev/ttyS0'}",
+        "craft.auv3.inertial={offset_sigma_m=0.3}",
         "sea.known_current_ned_mps=[0, 0, 0]",
         "datum={latitude_deg=54.0, longitude_deg=10.0}",
         "craft.auv2.frontseat={type='mavlink', url='tcp:h:1', system=3, own_system=7, signing_key_file='key'}",
@@ -321,7 +323,7 @@ def test_fingerprint_changes_with_any_value(text: str) -> None:
         variants = [changed(document, path, other) for other in others if other != value]
         variant = next((variant for variant in variants if variant is not None), None)
         if variant is None:
-            assert path[-1] in {"type", "model", "driver", "self_noise", "speed_wander"}, path
+            assert path[-1] in {"type", "model", "driver", "self_noise", "speed_wander", "inertial", "base"}, path
             continue
         tried += 1
         seen.add(fingerprint(variant))

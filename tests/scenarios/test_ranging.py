@@ -1,0 +1,71 @@
+"""Drifting navigation with ranges to a boat that knows where it is, and a base that watches, in whole runs."""
+
+import pytest
+from missions import fly
+
+from grex_sim.summary import as_text
+
+DRIFTING = ("auv1", "auv2")
+
+
+def errors(*overrides):
+    """Errors of the own positions in the scenario of two drifting craft."""
+    return fly("ins-drift", *overrides).navigation
+
+
+def test_ranges_bound_the_drift():
+    """After 20 minutes the drift has made 10 m; with ranges the error is less than 2 m rms, and known to be."""
+    run = fly("ins-drift", "duration_s=1200")
+    assert run.lost == 0  # a ping that follows a message at once is heard, though the craft come nearer
+    lost, held = errors("duration_s=1200", "team.ranging.mode=off"), run.navigation
+    for craft in DRIFTING:
+        assert lost[craft].last_m > 9.0
+        assert held[craft].rms_m < 2.0
+        assert held[craft].last_m < 0.5
+        assert held[craft].nees < 4.0
+        assert held[craft].sigma_m < 3.0
+    assert held["boat"].rms_m < 0.3
+
+
+def test_a_person_is_told():
+    """What is printed names those who did not know where they were, and how much."""
+    run = fly("base", "duration_s=60")
+    assert f"auv2 {run.navigation['auv2'].rms_m:.2f} m, base>auv2 " in as_text(run)
+    assert "believed" not in as_text(fly("paper-d", "duration_s=60"))
+
+
+def test_one_way_ranges_do_the_same():
+    """With clocks that agree the ranges come with every message, seconds late, and nobody has to ask."""
+    one_way = "link.profile=umodem_psk1", "team.ranging.mode=one_way", "team.ranging.sigma_m=0.4"
+    run = fly("ins-drift", "duration_s=1200", *one_way, "link.mac.messages_per_slot=1")
+    assert all("ping" not in source.purposes for source in run.sources.values())
+    for craft in DRIFTING:
+        assert run.navigation[craft].last_m < 1.0
+        assert run.navigation[craft].nees < 4.0
+
+
+def test_outliers_are_rejected_and_reported():
+    """With a tenth of the ranges up to 50 m too long, health says so, and the position does not suffer."""
+    run = fly("ins-drift", "duration_s=900", "link.ranging={outlier_probability=0.1,outlier_m=50.0}")
+    for craft in DRIFTING:
+        assert run.unhealthy_steps[craft]["range_rejected"] > 5
+        assert run.navigation[craft].last_m < 0.6
+
+
+def test_a_base_watches_and_has_no_part():
+    """The base knows where its craft is to less than a metre; FD is that of three craft, and it tells nothing."""
+    run = fly("base", "duration_s=600")
+    watched = run.navigation["base>auv2"]
+    assert watched.rms_m < 0.8
+    assert watched.nees < 3.0
+    assert run.fd < 0.5
+    assert run.sources["base"].purposes == {"ping": run.sources["base"].started}
+    assert run.bad_frames == {}
+    assert run.ledger_faults == []
+
+
+@pytest.mark.slow
+def test_two_hours():
+    """Over two hours the drifting craft are within 1 m rms; without ranges they are 60 m off at the end."""
+    assert all(errors()[craft].rms_m < 1.0 for craft in DRIFTING)
+    assert all(errors("team.ranging.mode=off")[craft].last_m > 60.0 for craft in DRIFTING)
