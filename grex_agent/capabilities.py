@@ -34,7 +34,6 @@ def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile
     form = state_form(scenario, profile)
     check_ranging(scenario, plan, profile, form)
     _check_reach(scenario, plan, profile)
-    _check_separation(scenario, plan)
     check_serial_modems(scenario)
     check_frontseats(scenario)
     _check_water(scenario, profile)
@@ -69,19 +68,6 @@ def _check_reach(scenario: Scenario, plan: TeamPlan, profile: ModemProfile) -> N
             "$.link.profile",
             f"{scenario.link.profile} is not heard beyond {reach_m:g} m, and the plan keeps all craft at least "
             f"{nearest_m:.0f} m apart",
-        )
-
-
-def _check_separation(scenario: Scenario, plan: TeamPlan) -> None:
-    """Refuse a plan that brings craft nearer than they may come."""
-    least_m = scenario.team.separation_min_m
-    if least_m is None or len(scenario.craft) < 2:
-        return
-    nearest_m = range_min_m(plan)
-    if nearest_m < least_m:
-        raise ConfigError(
-            "$.team.separation_min_m",
-            f"the plan itself brings two craft within {nearest_m:.1f} m; place them further apart, or take less",
         )
 
 

@@ -16,7 +16,6 @@ from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.messenger import Messenger
 from grex_agent.mission import plan_mission
 from grex_agent.own_navigation import OwnNavigation
-from grex_agent.separation import SeparationGuard
 from grex_agent.team.interface import Own
 from grex_link.config import Scenario
 from grex_link.messages import (
@@ -69,7 +68,6 @@ class AgentCore:
         self._prepare = getattr(self._estimator, "prepare", None)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
         self._navigation = OwnNavigation(scenario, craft)
-        self._guard = SeparationGuard(scenario.team, craft, plan)
         self._messenger = Messenger(scenario, craft, plan, profile, team.talk, team.policy, team.message_bytes)
         self._time_ns: int | None = None
         self._fix: Fix | None = None
@@ -127,13 +125,11 @@ class AgentCore:
         if self._own is not None:
             self._beliefs = self._estimator.step(time_ns / NS, self._own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
-        ordered = self._keep_clear(self._order_speed(mates, health), health)
+        ordered = self._order_speed(mates, health)
         yield from self._speak(now_ns, health, lost=lost)
-        over_ground = self._setpoint(tick, now_ns, ordered, hold=lost)
-        setpoint = self._navigation.corrected(over_ground)
+        setpoint = self._navigation.corrected(self._setpoint(tick, now_ns, ordered, hold=lost))
         yield "setpoint", setpoint
         self._navigation.ordered(setpoint)
-        self._guard.ordered(over_ground.speed_mps, over_ground.course_rad)
         yield "state", self._state(tick, now_ns, ordered, mates, health)
         if self._messenger.ledger_due(now_ns):
             yield "port", self.ledger(now_ns)
@@ -162,15 +158,6 @@ class AgentCore:
             return ordered
         health.append("speed_limited")
         return min(max(ordered, least), most) if math.isfinite(ordered) else planned
-
-    def _keep_clear(self, ordered_mps: float, health: list[str]) -> float:
-        """Slow down for a mate ahead that would come too near."""
-        if self._fix is None:
-            return ordered_mps
-        speed_mps = self._guard.speed(ordered_mps, self._fix, self._processor.progress, self._beliefs)
-        if speed_mps < ordered_mps:
-            health.append("separation")
-        return speed_mps
 
     def _speak(self, now_ns: int, health: list[str], *, lost: bool) -> list[Output]:
         """Ask the modem for everything that is to be said before the next step."""

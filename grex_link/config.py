@@ -117,11 +117,6 @@ class TeamConfig(Config, frozen=True):
     """Highest speed the controller may order."""
     fix_timeout_s: Positive = 5.0
     """A fix older than this is stale: the craft holds until there is a new one."""
-    separation_min_m: Positive | None = None
-    """Of two craft that would come nearer than this, and some doubt more, the one behind slows to the least speed.
-    Left out: there is no such guard."""
-    separation_horizon_s: Positive = 30.0
-    """How far ahead that is looked for, seconds."""
     bias_max_relative: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.15
     """The own speed error that is removed, as a share of the speed ordered, is at most this."""
     reference: ReferenceConfig = ReferenceConfig()

@@ -16,7 +16,6 @@ from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
 from grex_link.profile import load_profile
 from grex_link.units import NS
-from grex_sim.closest import Approach, closest_approach
 from grex_sim.logbook import Logbook
 from grex_sim.navigation_errors import PlaceErrors
 from grex_sim.score import Score, score
@@ -68,8 +67,6 @@ class Summary(msgspec.Struct, kw_only=True):
     """For each craft, in how many steps the current was too strong for the course it was to make good."""
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
-    closest: Approach | None
-    """Closest approach of two craft; None for one craft."""
     navigation: dict[str, PlaceErrors]
     """For each craft, how far off it was where it took itself to be; ``base>craft``: where a base took it to be."""
     ledger_s: float | None
@@ -139,7 +136,6 @@ def summarise(
         bad_frames=logbook.bad_frames,
         adrift_steps=logbook.adrift_steps,
         unhealthy_steps=logbook.unhealthy_steps,
-        closest=closest_approach(positions, list(scenario.craft), scenario.clock.tick_s),
         navigation=logbook.places.errors(positions, list(scenario.craft)),
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
@@ -220,7 +216,6 @@ def as_text(summary: Summary) -> str:
         *_about_senders(summary),
         *_about_navigation(summary.navigation),
         *_about_links(summary.paths),
-        *_about_distance(summary.closest),
         f"digest {summary.digest}",
     ]
     lines += _warnings(summary)
@@ -261,12 +256,6 @@ def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:
         main += f" and {others} other reasons" if others > 0 else ""
         lines.append(f"{100 * lost.total() / outcomes:.1f} % of {outcomes} receptions lost: {main}")
     return lines
-
-
-def _about_distance(closest: Approach | None) -> list[str]:
-    if closest is None:
-        return []
-    return [f"closest approach {closest.distance_m:.1f} m, {' and '.join(closest.craft)} at {closest.t_s:.0f} s"]
 
 
 def _warnings(summary: Summary) -> list[str]:
