@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from grex_agent.closest import closest_approach
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
 from grex_link.ledger import EDGES_S, faults
@@ -21,6 +22,15 @@ SUMMARY_FILE = "summary.json"
 SERIES_FILE = "series.csv"
 #: How many reasons of losses are named to a person.
 _MAIN_REASONS = 3
+
+
+class ClosestApproach(msgspec.Struct, frozen=True):
+    """How near two craft came to each other, in truth."""
+
+    craft: tuple[str, str]
+    distance_m: float
+    t_s: float
+    """Mission time."""
 
 
 class Summary(msgspec.Struct, kw_only=True):
@@ -58,6 +68,8 @@ class Summary(msgspec.Struct, kw_only=True):
     bad_frames: dict[str, int]
     adrift_steps: dict[str, int]
     """For each craft, in how many steps the current was too strong for the course it was to make good."""
+    closest: ClosestApproach | None
+    """Closest approach of any two craft; None of one craft alone."""
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
     ledger_s: float | None
@@ -121,11 +133,21 @@ def summarise(
         late_setpoints=logbook.late_setpoints,
         bad_frames=logbook.bad_frames,
         adrift_steps=logbook.adrift_steps,
+        closest=_closest(scenario, logbook),
         unhealthy_steps=logbook.unhealthy_steps,
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
     )
     return summary, result
+
+
+def _closest(scenario: Scenario, logbook: Logbook) -> ClosestApproach | None:
+    approach = closest_approach(logbook.places)
+    if approach is None:
+        return None
+    names = list(scenario.craft)
+    pair = names[approach.first], names[approach.second]
+    return ClosestApproach(pair, approach.distance_m, approach.moment * scenario.clock.tick_s)
 
 
 def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[str, Any]:
@@ -193,12 +215,20 @@ def as_text(summary: Summary) -> str:
             f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
         ),
         *_about_links(summary.paths),
+        *_about_closest(summary.closest),
         f"digest {summary.digest}",
     ]
     lines += _warnings(summary)
     if summary.out:
         lines.append(f"files in {summary.out}")
     return "\n".join(lines)
+
+
+def _about_closest(closest: ClosestApproach | None) -> list[str]:
+    if closest is None:
+        return []
+    one, other = closest.craft
+    return [f"closest approach {closest.distance_m:.1f} m, {one} and {other} at {closest.t_s:.0f} s"]
 
 
 def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:

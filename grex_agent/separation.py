@@ -1,0 +1,177 @@
+"""The guard that keeps craft apart: whoever would come too near to a mate ahead goes as slowly as it may.
+
+From what is believed now, everybody is taken to go on along its own plan: oneself at the speed ordered, the mates at
+their planned speeds, each as far beside its plan as it is. If one comes nearer than the minimum within the time looked
+ahead, the one that is behind in the mission – at equal progress the later in the team – yields, and the other goes on.
+So the foremost of a team is never held up, and nobody is made to stop: the gap opens by itself.
+
+A mate's place is not known exactly: the minimum is greater by twice its standard deviation, but at most doubled. Of a
+mate of whom hardly anything is known more care would only slow down everybody behind it.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grex_agent.closest import closest_approach
+from grex_agent.mission import CraftPlan, TeamPlan, planned_places
+from grex_agent.path import Track
+from grex_link.config import Scenario
+from grex_link.errors import ConfigError
+from grex_link.messages import MateBelief
+
+#: How far the guard looks ahead, seconds, and in steps of how many.
+_HORIZON_S = 30.0
+_STEP_S = 5.0
+_SIGMAS = 2.0
+#: Progress that counts as equal: what a message can tell apart.
+_EQUAL = 1.0 / 4095.0
+#: A planned distance may be short of the minimum by such a share: arcs are looked at every few degrees.
+_ROUNDING = 0.005
+
+Point = tuple[float, float, float]
+
+
+def check_separation(scenario: Scenario, plan: TeamPlan) -> None:
+    """Check that the guard can work: the plan itself keeps the minimum, and whoever yields still moves.
+
+    Raises
+    ------
+    ConfigError
+        With what would do.
+    """
+    least = scenario.team.separation_min_m
+    if least is None:
+        return
+    if scenario.team.speed_min_mps <= 0.0:
+        raise ConfigError(
+            "$.team.speed_min_mps", "must be above 0 with separation_min_m: a craft that yields has to keep moving"
+        )
+    approach = closest_approach(planned_places(plan))
+    if approach is not None and approach.distance_m < least * (1.0 - _ROUNDING):
+        names = list(plan.craft)
+        raise ConfigError(
+            "$.team.separation_min_m",
+            f"{names[approach.first]} and {names[approach.second]} are planned to come as near as "
+            f"{approach.distance_m:.1f} m; plan them at least {least:g} m apart, or take less",
+        )
+
+
+def load_guard(scenario: Scenario, craft: str, plan: TeamPlan) -> "SeparationGuard | None":
+    """Build the guard of a craft, if the scenario has one."""
+    team = scenario.team
+    if team.separation_min_m is None:
+        return None
+    return SeparationGuard(
+        craft,
+        plan,
+        least_m=team.separation_min_m,
+        yielding_mps=team.speed_min_mps,
+        speed_max_mps=team.speed_max_mps,
+    )
+
+
+class SeparationGuard:
+    """Limits the own speed so that nobody comes too near to a mate ahead.
+
+    Parameters
+    ----------
+    craft : str
+        Whose guard it is.
+    plan : TeamPlan
+        Of the whole team, in its order.
+    least_m : float
+        Minimum distance.
+    yielding_mps : float
+        Speed of a craft that yields.
+    speed_max_mps : float
+        Nobody is faster: mates that are far off need not be looked at.
+    """
+
+    def __init__(
+        self, craft: str, plan: TeamPlan, *, least_m: float, yielding_mps: float, speed_max_mps: float
+    ) -> None:
+        self._plan = plan.craft
+        self._order = {name: place for place, name in enumerate(plan.craft)}
+        self._craft = craft
+        self._least_m = least_m
+        self._yielding_mps = yielding_mps
+        self._near_m = 2.0 * least_m + 2.0 * speed_max_mps * _HORIZON_S
+
+    def limit(
+        self, ordered_mps: float, place: Point, progress: float, mates: Sequence[MateBelief]
+    ) -> tuple[float, bool]:
+        """Limit a speed.
+
+        Parameters
+        ----------
+        ordered_mps : float
+            What the coordination law orders.
+        place : (float, float, float)
+            Own north, east and depth, metres.
+        progress : float
+            Own progress: track number plus Θ.
+        mates : sequence of MateBelief
+            What is believed of the mates; one of whom nothing finite is believed is passed over.
+
+        Returns
+        -------
+        (float, bool)
+            The speed, never above what was ordered, and whether the craft yields.
+        """
+        if ordered_mps <= self._yielding_mps:
+            yields = False
+        else:
+            yields = any(self._too_near(ordered_mps, place, progress, mate) for mate in mates)
+        return (self._yielding_mps if yields else ordered_mps), yields
+
+    # -- inside -------------------------------------------------------------------------------------------------
+
+    def _too_near(self, ordered_mps: float, place: Point, progress: float, mate: MateBelief) -> bool:
+        if not math.isfinite(mate.north_m + mate.east_m + mate.progress + mate.sigma_m):
+            return False
+        apart = math.hypot(mate.north_m - place[0], mate.east_m - place[1])
+        if apart > self._near_m or not self._is_ahead(mate, progress):
+            return False
+        least_m = self._least_m + min(_SIGMAS * mate.sigma_m, self._least_m)
+        plan = self._plan[mate.craft]
+        there = mate.north_m, mate.east_m, _track(plan, mate.progress).depth_m
+        own = _ahead(self._plan[self._craft], place, progress, ordered_mps)
+        both = np.array([own, _ahead(plan, there, mate.progress, None)]).transpose(1, 0, 2)
+        approach = closest_approach(both)
+        return approach is not None and approach.distance_m < least_m
+
+    def _is_ahead(self, mate: MateBelief, progress: float) -> bool:
+        if abs(mate.progress - progress) <= _EQUAL:
+            return self._order[mate.craft] < self._order[self._craft]
+        return mate.progress > progress
+
+
+def _track(plan: CraftPlan, progress: float) -> Track:
+    return plan.tracks[min(max(int(progress), 0), len(plan.tracks) - 1)]
+
+
+def _ahead(plan: CraftPlan, place: Point, progress: float, speed_mps: float | None) -> list[Point]:
+    """Where a craft is going to be, step by step, on a line beside its plan; at planned speed if none is given."""
+    north, east = plan.point(progress)
+    beside = place[0] - north, place[1] - east
+    places = [place]
+    for _ in range(round(_HORIZON_S / _STEP_S)):
+        progress = _further(plan, progress, speed_mps, _STEP_S)
+        north, east = plan.point(progress)
+        places.append((north + beside[0], east + beside[1], place[2]))
+    return places
+
+
+def _further(plan: CraftPlan, progress: float, speed_mps: float | None, time_s: float) -> float:
+    """Progress some time later; the last track goes on beyond its end."""
+    last = len(plan.tracks) - 1
+    while True:
+        number = min(max(int(progress), 0), last)
+        track = plan.tracks[number]
+        rate = (track.speed_mps if speed_mps is None else speed_mps) / track.length_m
+        needed_s = (number + 1.0 - progress) / rate
+        if number == last or needed_s > time_s:
+            return progress + rate * time_s
+        progress, time_s = number + 1.0, time_s - needed_s
