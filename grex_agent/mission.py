@@ -48,6 +48,10 @@ class CraftPlan:
         north, east = self.tracks[0].point(0.0)
         return north, east, self.tracks[0].locate(north, east).course_rad
 
+    def track(self, progress: float) -> Track:
+        """Find the track at a progress (track number plus Θ)."""
+        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)]
+
     def point(self, progress: float) -> NorthEast:
         """Find the planned point at a progress (track number plus Θ); beyond the last track it goes on."""
         track = min(max(int(progress), 0), len(self.tracks) - 1)

@@ -11,12 +11,10 @@ mate of whom hardly anything is known more care would only slow down everybody b
 
 import math
 from collections.abc import Sequence
-
-import numpy as np
+from itertools import pairwise
 
 from grex_agent.closest import closest_approach
 from grex_agent.mission import CraftPlan, TeamPlan, planned_places
-from grex_agent.path import Track
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_link.messages import MateBelief
@@ -68,7 +66,6 @@ def load_guard(scenario: Scenario, craft: str, plan: TeamPlan) -> "SeparationGua
         plan,
         least_m=team.separation_min_m,
         yielding_mps=team.speed_min_mps,
-        speed_max_mps=team.speed_max_mps,
     )
 
 
@@ -85,19 +82,15 @@ class SeparationGuard:
         Minimum distance.
     yielding_mps : float
         Speed of a craft that yields.
-    speed_max_mps : float
-        Nobody is faster: mates that are far off need not be looked at.
     """
 
-    def __init__(
-        self, craft: str, plan: TeamPlan, *, least_m: float, yielding_mps: float, speed_max_mps: float
-    ) -> None:
+    def __init__(self, craft: str, plan: TeamPlan, *, least_m: float, yielding_mps: float) -> None:
         self._plan = plan.craft
         self._order = {name: place for place, name in enumerate(plan.craft)}
         self._craft = craft
         self._least_m = least_m
         self._yielding_mps = yielding_mps
-        self._near_m = 2.0 * least_m + 2.0 * speed_max_mps * _HORIZON_S
+        self._fastest_mps = {name: max(track.speed_mps for track in each.tracks) for name, each in plan.craft.items()}
 
     def limit(
         self, ordered_mps: float, place: Point, progress: float, mates: Sequence[MateBelief]
@@ -121,26 +114,29 @@ class SeparationGuard:
             The speed, never above what was ordered, and whether the craft yields.
         """
         if ordered_mps <= self._yielding_mps:
-            yields = False
-        else:
-            yields = any(self._too_near(ordered_mps, place, progress, mate) for mate in mates)
+            return ordered_mps, False
+        ahead = [mate for mate in mates if _is_known(mate) and self._is_ahead(mate, progress)]
+        near = [mate for mate in ahead if self._may_meet(ordered_mps, place, mate)]
+        own = _on_its_way(self._plan[self._craft], place, progress, ordered_mps) if near else []
+        yields = any(self._too_near(own, mate) for mate in near)
         return (self._yielding_mps if yields else ordered_mps), yields
 
     # -- inside -------------------------------------------------------------------------------------------------
 
-    def _too_near(self, ordered_mps: float, place: Point, progress: float, mate: MateBelief) -> bool:
-        if not math.isfinite(mate.north_m + mate.east_m + mate.progress + mate.sigma_m):
-            return False
-        apart = math.hypot(mate.north_m - place[0], mate.east_m - place[1])
-        if apart > self._near_m or not self._is_ahead(mate, progress):
-            return False
-        least_m = self._least_m + min(_SIGMAS * mate.sigma_m, self._least_m)
+    def _distance_m(self, mate: MateBelief) -> float:
+        """Least distance to keep from a mate."""
+        return self._least_m + min(_SIGMAS * mate.sigma_m, self._least_m)
+
+    def _may_meet(self, ordered_mps: float, place: Point, mate: MateBelief) -> bool:
+        """Whether a mate is near enough to be met within the time looked ahead."""
+        reach_m = (ordered_mps + self._fastest_mps[mate.craft]) * _HORIZON_S
+        apart_m = math.hypot(mate.north_m - place[0], mate.east_m - place[1])
+        return apart_m < self._distance_m(mate) + reach_m
+
+    def _too_near(self, own: Sequence[Point], mate: MateBelief) -> bool:
         plan = self._plan[mate.craft]
-        there = mate.north_m, mate.east_m, _track(plan, mate.progress).depth_m
-        own = _ahead(self._plan[self._craft], place, progress, ordered_mps)
-        both = np.array([own, _ahead(plan, there, mate.progress, None)]).transpose(1, 0, 2)
-        approach = closest_approach(both)
-        return approach is not None and approach.distance_m < least_m
+        there = mate.north_m, mate.east_m, plan.track(mate.progress).depth_m
+        return _nearest_m(own, _on_its_way(plan, there, mate.progress, None)) < self._distance_m(mate)
 
     def _is_ahead(self, mate: MateBelief, progress: float) -> bool:
         if abs(mate.progress - progress) <= _EQUAL:
@@ -148,11 +144,25 @@ class SeparationGuard:
         return mate.progress > progress
 
 
-def _track(plan: CraftPlan, progress: float) -> Track:
-    return plan.tracks[min(max(int(progress), 0), len(plan.tracks) - 1)]
+def _is_known(mate: MateBelief) -> bool:
+    return math.isfinite(mate.north_m + mate.east_m + mate.progress + mate.sigma_m)
 
 
-def _ahead(plan: CraftPlan, place: Point, progress: float, speed_mps: float | None) -> list[Point]:
+def _nearest_m(one: Sequence[Point], other: Sequence[Point]) -> float:
+    """Least distance of two craft that go straight from place to place, in step."""
+    away = [(b[0] - a[0], b[1] - a[1], b[2] - a[2]) for a, b in zip(one, other, strict=True)]
+    return min(_nearest_to_origin_m(start, end) for start, end in pairwise(away))
+
+
+def _nearest_to_origin_m(start: Point, end: Point) -> float:
+    move = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+    length2 = move[0] ** 2 + move[1] ** 2 + move[2] ** 2
+    towards = -(start[0] * move[0] + start[1] * move[1] + start[2] * move[2])
+    share = min(max(towards / length2, 0.0), 1.0) if length2 > 0.0 else 0.0
+    return math.hypot(start[0] + share * move[0], start[1] + share * move[1], start[2] + share * move[2])
+
+
+def _on_its_way(plan: CraftPlan, place: Point, progress: float, speed_mps: float | None) -> list[Point]:
     """Where a craft is going to be, step by step, on a line beside its plan; at planned speed if none is given."""
     north, east = plan.point(progress)
     beside = place[0] - north, place[1] - east

@@ -115,7 +115,8 @@ class TeamConfig(Config, frozen=True):
     fix_timeout_s: Positive = 5.0
     """A fix older than this is stale: the craft holds until there is a new one."""
     separation_min_m: Positive | None = None
-    """Whoever would come nearer than this to a mate ahead, metres, slows down to ``speed_min_mps``; left out: no guard."""
+    """Whoever would come nearer than this to a mate ahead, metres, slows down to ``speed_min_mps``.
+    Left out: no guard."""
     kalman: KalmanConfig = KalmanConfig()
     speed_model: SpeedModelConfig = SpeedModelConfig()
     own_filter: OwnFilterConfig | None = None

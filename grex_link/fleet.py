@@ -24,7 +24,7 @@ class FleetConfig(Config, frozen=True):
     count: Annotated[int, Meta(ge=1, le=200)]
     name: Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]*\{n\}[a-z0-9_]*\Z", max_length=31)] = "auv{n}"
     """Name of each; ``{n}`` is its number, from 1."""
-    craft: dict[str, Any] = {}
+    craft: dict[str, Any] = msgspec.field(default_factory=dict)
     """What each of them has: a table like ``[craft.NAME]``. What that says of one of them goes first."""
 
 
