@@ -155,7 +155,8 @@ class AgentCore:
         if self._guard is None or self._fix is None or self._own is None:
             return ordered_mps
         place = self._own.north_m, self._own.east_m, self._fix.down_m
-        limited_mps, yields = self._guard.limit(ordered_mps, place, self._own.progress, self._beliefs)
+        speed_mps = self._navigation.speed_over_ground(self._fix)
+        limited_mps, yields = self._guard.limit(ordered_mps, speed_mps, place, self._own.progress, self._beliefs)
         if yields:
             health.append("separation")
         return limited_mps

@@ -52,6 +52,10 @@ class CraftPlan:
         """Find the track at a progress (track number plus Θ)."""
         return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)]
 
+    def course_rad(self, progress: float) -> float:
+        """Find the course of the plan at a progress."""
+        return self.track(progress).locate(*self.point(progress)).course_rad
+
     def point(self, progress: float) -> NorthEast:
         """Find the planned point at a progress (track number plus Θ); beyond the last track it goes on."""
         track = min(max(int(progress), 0), len(self.tracks) - 1)

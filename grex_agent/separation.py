@@ -1,9 +1,11 @@
 """The guard that keeps craft apart: whoever would come too near to a mate ahead goes as slowly as it may.
 
 From what is believed now, everybody is taken to go on along its own plan: oneself at the speed ordered, the mates at
-their planned speeds, each as far beside its plan as it is. If one comes nearer than the minimum within the time looked
-ahead, the one that is behind in the mission – at equal progress the later in the team – yields, and the other goes on.
-So the foremost of a team is never held up, and nobody is made to stop: the gap opens by itself.
+their planned speeds, each as far beside its plan as it is. If two come nearer than the minimum within the time looked
+ahead, the one behind yields and the other goes on. Behind is, along the mean course of the team, who is further back;
+where the team has no common course, who has less progress; and of equals the later one in the team. (Progress alone
+would not do: in a line astern everybody has the same, and who runs into the mate in front even has more.) That is one
+order for the whole team: the foremost is never held up. And nobody is made to stop, so the gap opens by itself.
 
 A mate's place is not known exactly: the minimum is greater by twice its standard deviation, but at most doubled. Of a
 mate of whom hardly anything is known more care would only slow down everybody behind it.
@@ -23,8 +25,8 @@ from grex_link.messages import MateBelief
 _HORIZON_S = 30.0
 _STEP_S = 5.0
 _SIGMAS = 2.0
-#: Progress that counts as equal: what a message can tell apart.
-_EQUAL = 1.0 / 4095.0
+#: A mean of unit vectors shorter than this is no common course.
+_COMMON = 0.5
 #: A planned distance may be short of the minimum by such a share: arcs are looked at every few degrees.
 _ROUNDING = 0.005
 
@@ -93,7 +95,7 @@ class SeparationGuard:
         self._fastest_mps = {name: max(track.speed_mps for track in each.tracks) for name, each in plan.craft.items()}
 
     def limit(
-        self, ordered_mps: float, place: Point, progress: float, mates: Sequence[MateBelief]
+        self, ordered_mps: float, speed_mps: float, place: Point, progress: float, mates: Sequence[MateBelief]
     ) -> tuple[float, bool]:
         """Limit a speed.
 
@@ -101,6 +103,8 @@ class SeparationGuard:
         ----------
         ordered_mps : float
             What the coordination law orders.
+        speed_mps : float
+            How fast the craft is over ground; it goes on at the greater of the two.
         place : (float, float, float)
             Own north, east and depth, metres.
         progress : float
@@ -115,10 +119,20 @@ class SeparationGuard:
         """
         if ordered_mps <= self._yielding_mps:
             return ordered_mps, False
-        ahead = [mate for mate in mates if _is_known(mate) and self._is_ahead(mate, progress)]
-        near = [mate for mate in ahead if self._may_meet(ordered_mps, place, mate)]
-        own = _on_its_way(self._plan[self._craft], place, progress, ordered_mps) if near else []
-        yields = any(self._too_near(own, mate) for mate in near)
+        faster_mps = max(ordered_mps, speed_mps)
+        known = [mate for mate in mates if _is_known(mate)]
+        near = [mate for mate in known if self._may_meet(faster_mps, place, mate)]
+        if not near:
+            return ordered_mps, False
+        north, east = self._common_course([(self._craft, progress), *((mate.craft, mate.progress) for mate in known)])
+
+        def rank(craft: str, there: tuple[float, float], progress: float) -> tuple[float, float, int]:
+            return there[0] * north + there[1] * east, progress, -self._order[craft]
+
+        own = rank(self._craft, place[:2], progress)
+        ahead = [mate for mate in near if rank(mate.craft, (mate.north_m, mate.east_m), mate.progress) > own]
+        way = _on_its_way(self._plan[self._craft], place, progress, faster_mps)
+        yields = any(self._too_near(way, mate) for mate in ahead)
         return (self._yielding_mps if yields else ordered_mps), yields
 
     # -- inside -------------------------------------------------------------------------------------------------
@@ -138,10 +152,12 @@ class SeparationGuard:
         there = mate.north_m, mate.east_m, plan.track(mate.progress).depth_m
         return _nearest_m(own, _on_its_way(plan, there, mate.progress, None)) < self._distance_m(mate)
 
-    def _is_ahead(self, mate: MateBelief, progress: float) -> bool:
-        if abs(mate.progress - progress) <= _EQUAL:
-            return self._order[mate.craft] < self._order[self._craft]
-        return mate.progress > progress
+    def _common_course(self, team: Sequence[tuple[str, float]]) -> tuple[float, float]:
+        """North and east of the mean course of a team, craft and progress each; (0, 0) if it has none in common."""
+        courses = [self._plan[craft].course_rad(progress) for craft, progress in team]
+        north = sum(math.cos(course) for course in courses) / len(courses)
+        east = sum(math.sin(course) for course in courses) / len(courses)
+        return (north, east) if math.hypot(north, east) > _COMMON else (0.0, 0.0)
 
 
 def _is_known(mate: MateBelief) -> bool:

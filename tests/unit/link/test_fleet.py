@@ -110,7 +110,7 @@ def test_faults_are_one_line_with_a_path(override, path):
     with pytest.raises(ConfigError) as refused:
         loads(FLEET, [override])
     line = str(refused.value)
-    assert line.startswith(path + ":") or line.startswith(path + " "), line
+    assert line.startswith((path + ":", path + " ")), line
     assert "\n" not in line
 
 
