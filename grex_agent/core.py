@@ -16,6 +16,7 @@ from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.messenger import Messenger
 from grex_agent.mission import plan_mission
 from grex_agent.own_navigation import OwnNavigation
+from grex_agent.separation import load_guard
 from grex_agent.team.interface import Own
 from grex_link.config import Scenario
 from grex_link.messages import (
@@ -66,6 +67,7 @@ class AgentCore:
         self._controller = team.controller
         self._estimator: Any = team.estimator
         self._prepare = getattr(self._estimator, "prepare", None)
+        self._guard = load_guard(scenario, craft, plan)
         self._speed_min_mps, self._speed_max_mps = scenario.team.speed_min_mps, scenario.team.speed_max_mps
         self._navigation = OwnNavigation(scenario, craft)
         self._messenger = Messenger(scenario, craft, plan, profile, team.talk, team.policy, team.message_bytes)
@@ -125,7 +127,7 @@ class AgentCore:
         if self._own is not None:
             self._beliefs = self._estimator.step(time_ns / NS, self._own, sent, heard)
         mates = [belief.progress for belief in self._beliefs]
-        ordered = self._order_speed(mates, health)
+        ordered = self._keep_apart(self._order_speed(mates, health), health)
         yield from self._speak(now_ns, health, lost=lost)
         setpoint = self._navigation.corrected(self._setpoint(tick, now_ns, ordered, hold=lost))
         yield "setpoint", setpoint
@@ -158,6 +160,17 @@ class AgentCore:
             return ordered
         health.append("speed_limited")
         return min(max(ordered, least), most) if math.isfinite(ordered) else planned
+
+    def _keep_apart(self, ordered_mps: float, health: list[str]) -> float:
+        """Yield to a mate that would be too near."""
+        if self._guard is None or self._fix is None or self._own is None:
+            return ordered_mps
+        place = self._own.north_m, self._own.east_m, self._fix.down_m
+        speed_mps = self._navigation.speed_over_ground(self._fix)
+        limited_mps, yields = self._guard.limit(ordered_mps, speed_mps, place, self._own.progress, self._beliefs)
+        if yields:
+            health.append("separation")
+        return limited_mps
 
     def _speak(self, now_ns: int, health: list[str], *, lost: bool) -> list[Output]:
         """Ask the modem for everything that is to be said before the next step."""

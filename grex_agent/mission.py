@@ -8,8 +8,10 @@ craft equally long.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations
 
+import numpy as np
+
+from grex_agent.closest import Places, closest_approach, greatest_distance_m
 from grex_agent.path import Arc, Line, Track
 from grex_link.config import Lawnmower, LineConfig, Scenario, TrackList, Tracks
 from grex_link.errors import ConfigError
@@ -45,6 +47,14 @@ class CraftPlan:
         """North, east and course at the beginning, metres and radians."""
         north, east = self.tracks[0].point(0.0)
         return north, east, self.tracks[0].locate(north, east).course_rad
+
+    def track(self, progress: float) -> Track:
+        """Find the track at a progress (track number plus Θ)."""
+        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)]
+
+    def course_rad(self, progress: float) -> float:
+        """Find the course of the plan at a progress."""
+        return self.track(progress).locate(*self.point(progress)).course_rad
 
     def point(self, progress: float) -> NorthEast:
         """Find the planned point at a progress (track number plus Θ); beyond the last track it goes on."""
@@ -93,13 +103,23 @@ def range_max_m(plan: TeamPlan) -> float:
     All craft run their tracks in step. Between lines the distance is greatest at an end of both; on arcs it is looked
     up every few degrees. At the beginning of a track a craft may still be at the depth of the one before.
     """
-    return max((math.dist(*pair) for team in _moments(plan) for pair in combinations(team, 2)), default=0.0)
+    return greatest_distance_m(np.array(list(_moments(plan))))
 
 
 def range_min_m(plan: TeamPlan) -> float:
-    """Least distance between any two craft at equal times of the planned mission, metres, to a few per cent."""
-    moments = _moments(plan, least=_LINE_STEPS)
-    return min((math.dist(*pair) for team in moments for pair in combinations(team, 2)), default=0.0)
+    """Least distance between any two craft at equal times of the planned mission, metres."""
+    approach = closest_approach(planned_places(plan))
+    return 0.0 if approach is None else approach.distance_m
+
+
+def planned_places(plan: TeamPlan) -> Places:
+    """Where all craft are at equal times of the planned mission, close enough to go straight between: metres NED.
+
+    Returns
+    -------
+    ndarray, shape (moments, craft, 3)
+    """
+    return np.array(list(_moments(plan, least=_LINE_STEPS)))
 
 
 def _moments(plan: TeamPlan, least: int = 1) -> Iterator[list[tuple[float, float, float]]]:

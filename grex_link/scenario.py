@@ -11,6 +11,7 @@ import msgspec
 
 from grex_link.config import Scenario, SimFrontseat
 from grex_link.errors import ConfigError
+from grex_link.fleet import spell_out
 from grex_link.link_check import check_link
 from grex_link.topics import is_reserved
 
@@ -61,6 +62,7 @@ def loads(text: str, overrides: Sequence[str] = (), name: str = "scenario") -> S
 
 def decode(document: dict[str, Any]) -> Scenario:
     """Turn a document of plain tables into a checked scenario."""
+    document = spell_out(document)
     link = document.get("link")
     mac = link.get("mac") if isinstance(link, dict) else None
     if isinstance(mac, dict):

@@ -58,6 +58,7 @@ class Logbook:
         self._encode = msgspec.msgpack.Encoder().encode
         self._hashes = {name: hashlib.sha256() for name in ("truth", "link", "setpoints")}
         self._positions = array("d")
+        self._depths = array("d")
         self._unwritten: deque[tuple[str, str, Any]] = deque()
         self._write_at = 0.0
         self._craft = 0
@@ -77,6 +78,7 @@ class Logbook:
         for pose in truth.poses:
             self._positions.append(pose.north_m)
             self._positions.append(pose.east_m)
+            self._depths.append(pose.down_m)
         self._hashes["truth"].update(self._encode(truth))
         self._unwritten.append(("truth", "", truth))
 
@@ -170,6 +172,12 @@ class Logbook:
     def positions(self) -> NDArray[np.float64]:
         """True positions, shape (ticks, craft, 2): north and east, metres."""
         return np.array(self._positions).reshape(-1, self._craft or 1, 2)
+
+    @property
+    def positions_ned(self) -> NDArray[np.float64]:
+        """True positions, shape (ticks, craft, 3): north, east and down, metres."""
+        depths = np.array(self._depths).reshape(-1, self._craft or 1, 1)
+        return np.concatenate((self.positions, depths), axis=2)
 
     @property
     def digest(self) -> str:

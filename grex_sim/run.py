@@ -7,6 +7,7 @@ import msgspec
 
 from grex_agent.core import AgentCore
 from grex_agent.mission import TeamPlan, plan_mission
+from grex_agent.separation import check_separation
 from grex_agent.shell import Agent
 from grex_link import clock
 from grex_link.bus import MemoryBus, ZenohBus, serve
@@ -35,6 +36,7 @@ def check_scenario(scenario: Scenario) -> TeamPlan:
         With the path of the fault.
     """
     plan = plan_mission(scenario)
+    check_separation(scenario, plan)
     AgentCore(scenario, scenario.formation[0])
     return plan
 

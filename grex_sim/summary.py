@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from grex_agent.closest import closest_approach
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
 from grex_link.energy import sound_energy_j
@@ -28,6 +29,15 @@ _MAIN_REASONS = 3
 _SENDERS_NAMED = 6
 #: Errors of a position below this are not told to a person.
 _WORTH_TELLING_M = 0.01
+
+
+class ClosestApproach(msgspec.Struct, frozen=True):
+    """How near two craft came to each other, in truth."""
+
+    craft: tuple[str, str]
+    distance_m: float
+    t_s: float
+    """Mission time."""
 
 
 class Summary(msgspec.Struct, kw_only=True):
@@ -65,6 +75,8 @@ class Summary(msgspec.Struct, kw_only=True):
     bad_frames: dict[str, int]
     adrift_steps: dict[str, int]
     """For each craft, in how many steps the current was too strong for the course it was to make good."""
+    closest: ClosestApproach | None
+    """Closest approach of any two craft; None of one craft alone."""
     unhealthy_steps: dict[str, dict[str, int]]
     """For each craft, in how many steps its agent reported which word of health."""
     navigation: dict[str, PlaceErrors]
@@ -135,12 +147,22 @@ def summarise(
         late_setpoints=logbook.late_setpoints,
         bad_frames=logbook.bad_frames,
         adrift_steps=logbook.adrift_steps,
+        closest=_closest(scenario, logbook),
         unhealthy_steps=logbook.unhealthy_steps,
         navigation=logbook.places.errors(positions, list(scenario.craft)),
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
     )
     return summary, result
+
+
+def _closest(scenario: Scenario, logbook: Logbook) -> ClosestApproach | None:
+    approach = closest_approach(logbook.positions_ned)
+    if approach is None:
+        return None
+    names = list(scenario.craft)
+    pair = names[approach.first], names[approach.second]
+    return ClosestApproach(pair, approach.distance_m, approach.moment * scenario.clock.tick_s)
 
 
 def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[str, Any]:
@@ -216,6 +238,7 @@ def as_text(summary: Summary) -> str:
         *_about_senders(summary),
         *_about_navigation(summary.navigation),
         *_about_links(summary.paths),
+        *_about_closest(summary.closest),
         f"digest {summary.digest}",
     ]
     lines += _warnings(summary)
@@ -237,6 +260,13 @@ def _about_navigation(navigation: Mapping[str, PlaceErrors]) -> list[str]:
     """Say who did not know where it, or the craft it watches, was."""
     wrong = [f"{who} {error.rms_m:.2f} m" for who, error in navigation.items() if error.rms_m >= _WORTH_TELLING_M]
     return [f"believed positions wrong by (r.m.s.): {', '.join(wrong)}"] if wrong else []
+
+
+def _about_closest(closest: ClosestApproach | None) -> list[str]:
+    if closest is None:
+        return []
+    one, other = closest.craft
+    return [f"closest approach {closest.distance_m:.1f} m, {one} and {other} at {closest.t_s:.0f} s"]
 
 
 def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:
