@@ -66,7 +66,7 @@ def _conditions() -> Iterator[Row]:
         for estimator in (*COMPARED, "along_track"):
             flight = p_law(condition, estimator)
             yield Row(f"{short}_{estimator}_fd_loss0", f"{about}, K 0.8, {estimator}: FD", deviation(flight))
-    for short in ("s1", "s3", "s6"):
+    for short in ("s1", "s6"):
         condition, about = CONDITIONS[short]
         flight = p_law(condition, "along_track", more=("team.own_filter={}",))
         yield Row(
