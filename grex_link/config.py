@@ -93,7 +93,7 @@ class OwnFilterConfig(Config, frozen=True):
     """Process noise of each coordinate over a second, metres."""
     current_sigma_mps: Positive = 0.2
     """How far the current may be from the known one, m/s."""
-    current_noise_mps: NonNegative = 0.0005
+    current_noise_mps: NonNegative = 0.0001
     """Process noise of the current over a second, m/s."""
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from along_track_one import OneByOneFirst
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -113,7 +114,9 @@ def test_without_delay_it_is_the_plain_filter(model, data):
     pair = {craft: TEAM[craft] for craft in ("auv1", "auv2")}
     heard = {report.state.t_s: report.state for report, _ in data.draw(reports()) if report.craft == "auv2"}
     made = context(model, "auv1", pair)
-    team, plain = load_estimator(made), load_estimator(made).model(made, made.plan.craft["auv2"])
+    team = load_estimator(made)
+    by_model = OneByOneFirst(made) if model == "along_track_first" else team
+    plain = by_model.model(made, made.plan.craft["auv2"])
     state, driven = plain.start(), ()
     for now in range(1, END + 1):
         own = Own(now, 0.0, now / 30.5 + 0.05 * math.sin(now))

@@ -77,14 +77,16 @@ def _whole(estimator, run):
     for _ in sail(team, 0.5, 5000 + run, 200 + run % 30):
         pass
     observer, mate = team
-    state, plant = observer.estimator._mates["auv2"].state, mate.plant
+    plant = mate.plant
     if estimator == "along_track":
+        state = observer.estimator._rows.state(0)
         believed, true, covariance = state.mean, (plant.distance_m, plant._speed, plant._error), state.covariance
     elif estimator == "biased_planar":
+        state = observer.estimator._mates["auv2"].state
         believed, covariance = state.x.mean, state.x.covariance
         true = (*plant.place(), *plant._velocity, plant._error)
     else:
-        x = state.x
+        x = observer.estimator._mates["auv2"].state.x
         believed, true = (x.north, x.east, x.v_north, x.v_east), (*plant.place(), *plant._velocity)
         covariance = np.kron([[x.pp, x.pv], [x.pv, x.vv]], np.eye(2))
     wrong = np.array(believed) - np.array(true)

@@ -19,7 +19,7 @@ def sailed(controller="theta_p_unbiased", seconds=600, error=0.0, current=(0.0, 
     """Let an own filter see a craft that makes (1 + error) of the speed through the water, on turning courses."""
     sea = {"current_ned_mps": [*current, 0.0], "known_current_ned_mps": [*known, 0.0]}
     given = {"controller": controller, "own_filter": {}} | team
-    navigation = OwnNavigation(scenario(team=given, sea=sea))
+    navigation = OwnNavigation(scenario(team=given, sea=sea), "auv1")
     north = east = 0.0
     for second in range(seconds):
         course = 0.0 if second % 200 < 100 else 1.5
@@ -82,7 +82,7 @@ def test_holding_is_left_alone():
 
 def test_without_a_filter_nothing_is_corrected():
     """Fixes as they are, orders as they are."""
-    navigation = OwnNavigation(scenario())
+    navigation = OwnNavigation(scenario(), "auv1")
     assert corrected(navigation, 1.2, 0.9) == (1.2, 0.9)
 
 
