@@ -11,8 +11,9 @@ import queue
 import random
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 # One Rust receive thread is enough and wakes faster; read when zenoh opens its first session.
 os.environ.setdefault("ZENOH_RUNTIME", "(rx:(worker_threads:1))")
@@ -26,7 +27,7 @@ from grex_link.errors import BusError, ConfigError
 from grex_link.messages import Message, Presence
 from grex_link.node import Node
 from grex_link.scenario import fingerprint
-from grex_link.topics import TOPICS, Role, key, presence_key, subscriptions
+from grex_link.topics import TOPICS, Role, is_presence, key, presence_key, subscriptions
 
 DEFAULT_ENDPOINTS = ("tcp/127.0.0.1:7447",)
 _RETRY_S = 0.1
@@ -250,6 +251,87 @@ class ZenohBus(Session):
                 route = (topic.name, craft if topic.per_craft else "", msgspec.msgpack.Decoder(topic.type))
         self._routes[name] = route
         return route
+
+
+class Heard(NamedTuple):
+    """What somebody outside the run has heard: a message, or that a liveliness token has come or gone."""
+
+    key: str
+    payload: bytes
+    alive: bool | None
+    """None for a message."""
+
+
+class Listener:
+    """Hears what is on the bus and says nothing: it has no publishers, and no token that anybody could wait for.
+
+    Parameters
+    ----------
+    endpoints : sequence of str
+        Where the simulator listens.
+
+    Raises
+    ------
+    BusError
+        If nobody answers there within two seconds.
+    """
+
+    def __init__(self, endpoints: Sequence[str] = DEFAULT_ENDPOINTS) -> None:
+        where = ", ".join(endpoints)
+        self._inbox: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
+        self._declared: dict[str, Any] = {}
+        try:
+            config = session_config(router=False, endpoints=endpoints, lockstep=False, connect_timeout_s=2.0)
+            self._session = zenoh.open(config)
+        except zenoh.ZError:
+            raise BusError(f"nobody answers at {where}; is a run on the bus there?") from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def hear(self, key_expression: str) -> None:
+        """Hear what is put there from now on; ``*`` and ``**`` stand for one part of a key and for many.
+
+        Raises
+        ------
+        ConfigError
+            If that is no key expression.
+        """
+        if key_expression not in self._declared:
+            try:
+                subscriber = self._session.declare_subscriber(key_expression, self._inbox.put)
+            except zenoh.ZError as error:
+                problem = str(error).partition(" at ")[0]
+                raise ConfigError("KEY", f"{key_expression!r} is no key expression: {problem}") from None
+            self._declared[key_expression] = subscriber
+
+    def hear_presence(self, team: str = "*") -> None:
+        """Hear of everybody who is there, comes or goes."""
+        watched = presence_key(team, "*", "*")
+        if watched not in self._declared:
+            liveliness = self._session.liveliness()
+            self._declared[watched] = liveliness.declare_subscriber(watched, self._inbox.put, history=True)
+
+    def take(self, timeout_s: float) -> Heard | None:
+        """Take what was heard next, waiting so many wall seconds at most; None if there was nothing."""
+        try:
+            sample = self._inbox.get(timeout=timeout_s) if timeout_s > 0.0 else self._inbox.get_nowait()
+        except queue.Empty:
+            return None
+        name, put = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+        if is_presence(name):
+            return Heard(name, b"", put)
+        return Heard(name, sample.payload.to_bytes(), None) if put else None
+
+    def close(self) -> None:
+        """Leave the bus."""
+        with suppress(zenoh.ZError):
+            self._session.close()  # type: ignore[no-untyped-call]
 
 
 class MemoryBus:

@@ -16,6 +16,7 @@ from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
 from grex_sim.autopilot.__main__ import autopilot
+from grex_sim.view.command import view
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -255,6 +256,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "bench": bench,
     "medium": medium,
     "modems": modems,
+    "view": view,
     "example": example,
     "agent": agent,
     "modem": modem,

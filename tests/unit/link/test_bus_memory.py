@@ -67,6 +67,7 @@ READERS = {
     "advance": {"link"},
     "report": {"sim"},
     "ledger": {"sim"},
+    "status": set(),
     "link_event": set(),
 }
 

@@ -1,0 +1,41 @@
+"""``grex view``: the live page of a run on the bus, or of a recorded one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from grex_link.errors import ConfigError
+
+Connect = Annotated[
+    str, tyro.conf.arg(metavar="ENDPOINT", help="Where the run's simulator listens: its bus.endpoints.")
+]
+DEFAULT_CONNECT = "tcp/127.0.0.1:7447"
+
+
+def view(
+    run: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[RUN]")] = None,
+    connect: Connect = DEFAULT_CONNECT,
+    port: Annotated[int, tyro.conf.arg(metavar="PORT")] = 8080,
+) -> None:
+    """Show a run in the browser: tracks, beliefs, messages in the water, deviation, health. It only ever looks.
+
+    Parameters
+    ----------
+    run
+        Folder or run.mcap of a recorded run; left out: the run that is on the bus, now or later.
+    port
+        Of the page on this machine; 0 takes any that is free.
+    """
+    try:
+        from grex_sim.view import server
+    except ModuleNotFoundError as error:
+        problem = f"needs the extra 'view' ({error.name} is missing): pip install 'grex[view]'"
+        raise ConfigError("grex view", problem) from None
+    from grex_sim.view.live import Live
+    from grex_sim.view.recording import Recording
+
+    app = server.LiveServer(Live((connect,))).app() if run is None else server.recorded_app(Recording(run))
+    with server.listen_on(port) as taken:
+        print(f"http://127.0.0.1:{taken.getsockname()[1]}/", flush=True)  # noqa: T201
+        server.serve(app, taken)
