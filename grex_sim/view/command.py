@@ -6,11 +6,7 @@ from typing import Annotated
 import tyro
 
 from grex_link.errors import ConfigError
-
-Connect = Annotated[
-    str, tyro.conf.arg(metavar="ENDPOINT", help="Where the run's simulator listens: its bus.endpoints.")
-]
-DEFAULT_CONNECT = "tcp/127.0.0.1:7447"
+from grex_sim.bus_options import DEFAULT_CONNECT, Connect
 
 
 def view(

@@ -6,6 +6,7 @@ import { time } from "./text.js";
 const uPlot = window.uPlot;
 const NEWEST_S = 600; // live: so much of the past, and all of it in a recording
 const STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 18000, 36000, 86400];
+const LEAST = 0.02; // below it there is nothing to see, and the numbers at the axis would be the same
 const FD = [["fd", "fd(k)", "ink", 1.6, []], ["fd/distance", "distance", "#0072B2", 1.2, []],
   ["fd/angle", "angle", "#D55E00", 1.2, [5, 3]], ["fd/cross-track", "cross-track", "#009E73", 1.2, [2, 2]]];
 
@@ -78,7 +79,7 @@ class Chart {
 
   span(low, high) {
     if (low === null || high === null || !Number.isFinite(high - low)) return [0, 1];
-    const room = Math.max((high - low) * 0.08, Math.abs(high) * 1e-3, 1e-3);
+    const room = Math.max((high - low) * 0.08, (LEAST - (high - low)) / 2, Math.abs(high) * 1e-3);
     return [low >= 0 ? 0 : low - room, high + room];
   }
 

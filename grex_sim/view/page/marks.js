@@ -1,7 +1,7 @@
 // What is drawn of a craft: where it is, where it thinks it is, where its mates think it is.
 
 import { label } from "./canvas.js";
-import { colour, dash, theme } from "./colours.js";
+import { colour, theme } from "./colours.js";
 
 /** The true craft: an arrow head in the direction of the bow, with its name. */
 export function drawCraft(context, place, name, shown, project) {
@@ -46,11 +46,13 @@ export function drawBeliefs(context, names, shown, project, scale) {
     if (belief[0] === null || belief[1] === null) continue;
     const tint = colour(names.indexOf(mate));
     const [x, y] = project(belief[0], belief[1]);
-    context.strokeStyle = tint;
-    context.lineWidth = 1.6;
     context.beginPath();
     context.arc(x, y, 4, 0, 2 * Math.PI);
-    context.stroke();
+    for (const [stroke, width] of [[theme.sea, 3.6], [tint, 1.6]]) {
+      context.strokeStyle = stroke;
+      context.lineWidth = width;
+      context.stroke();
+    }
     drawSpread(context, x, y, belief[3], scale, tint, [4, 3]);
   }
 }
@@ -104,5 +106,3 @@ export function trail(past, name, until) {
   for (let place = 0; place < until; place += 1) points.push([norths[place], easts[place]]);
   return points;
 }
-
-export { colour, dash };

@@ -4,8 +4,9 @@ import { Camera } from "./camera.js";
 import { fit } from "./canvas.js";
 import { drawGrid } from "./grid.js";
 import { drawInset } from "./inset.js";
-import { colour, dash, drawBeliefs, drawCraft, drawFix, drawLine, trail } from "./marks.js";
-import { drawSounds } from "./sounds.js";
+import { colour, dash } from "./colours.js";
+import { drawBeliefs, drawCraft, drawFix, drawLine, trail } from "./marks.js";
+import { drawCauses, drawSounds } from "./sounds.js";
 
 const TEAM_LEAST_M = 30;
 const STEP_PX = 60;
@@ -45,13 +46,14 @@ export class Plan {
       const points = here?.[0] != null ? [...trails[place], here] : trails[place];
       drawLine(context, points, project, colour(place), 2, 0.85, dash(place));
     });
-    drawSounds(context, frame, this.names, project);
+    const causes = drawSounds(context, frame, this.names, project);
+    this.names.forEach((name, place) => drawCraft(context, place, name, frame.craft[name], project));
     for (const name of this.names) {
       const seen = this.observer.value;
       if (!seen || seen === name) drawBeliefs(context, this.names, frame.craft[name], project, this.camera.scale);
     }
-    this.names.forEach((name, place) => drawCraft(context, place, name, frame.craft[name], project));
     this.names.forEach((name, place) => drawFix(context, place, frame.craft[name], project, this.camera.scale));
+    drawCauses(context, causes);
     if (this.camera.mode !== "whole") {
       drawInset(context, width, height, this.plans, this.names, frame, this.camera, trails);
     }

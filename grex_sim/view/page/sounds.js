@@ -4,13 +4,18 @@ import { label } from "./canvas.js";
 import { colour, theme } from "./colours.js";
 import { cause } from "./text.js";
 
-/** Draw all messages of a frame. `project` takes north and east to pixels. */
+/** Draw all messages of a frame. `project` takes north and east to pixels. Returns the causes of losses, for later. */
 export function drawSounds(context, frame, names, project) {
   const causes = new Map();
   for (const sound of frame.sounds ?? []) drawSound(context, frame, names, project, sound, causes);
+  return causes;
+}
+
+/** Write the causes above everything else; the newest at each receiver. */
+export function drawCauses(context, causes) {
   for (const { x, y, text, share } of causes.values()) {
     context.globalAlpha = Math.min(1, 1.6 * share);
-    label(context, text, x + 11, y, theme.red, theme.sea, { bold: true });
+    label(context, text, x, y + 15, theme.red, theme.sea, { align: "center", bold: true });
   }
   context.globalAlpha = 1;
 }

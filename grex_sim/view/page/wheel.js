@@ -16,6 +16,10 @@ export function drawWheel(canvas, scene, frame) {
   const speaking = new Set(speakers(frame).map((sound) => sound.source));
   const angle = (seconds) => TOP + (2 * Math.PI * seconds) / cycle;
   context.lineWidth = 16;
+  context.strokeStyle = theme.faint;
+  context.beginPath();
+  context.arc(x, y, outer - 8, 0, 2 * Math.PI);
+  context.stroke();
   for (const [name, start, length] of scene.slots) {
     const gap = scene.slots.length > 1 ? Math.min(0.03, Math.PI / scene.slots.length / 4) : 0;
     context.beginPath();
