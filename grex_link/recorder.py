@@ -1,4 +1,4 @@
-"""Records a run as MCAP: JSON with schemas, so that the field's viewers open it. The only user of mcap."""
+"""Records a run as MCAP, with schemas, so that the field's viewers open it. The only user of mcap."""
 
 import struct
 from collections.abc import Callable, Iterator
@@ -49,6 +49,30 @@ class Recorder:
         if channel is None:
             channel = self._channels[topic, craft] = self._register(topic, craft)
         self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
+
+    def write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
+        """Record a protobuf message at a mission time.
+
+        Parameters
+        ----------
+        topic : str
+            With its slash.
+        schema : str
+            Full name of its type.
+        descriptors : bytes
+            FileDescriptorSet that holds the type.
+        t_ns : int
+            Mission time, nanoseconds.
+        data : bytes
+            The message.
+        """
+        channel = self._channels.get((topic, schema))
+        if channel is None:
+            number = self._schemas.get(schema)
+            if number is None:
+                number = self._schemas[schema] = self._writer.register_schema(schema, "protobuf", descriptors)
+            channel = self._channels[topic, schema] = self._writer.register_channel(topic, "protobuf", number)
+        self._writer.add_message(channel, t_ns, data, t_ns)
 
     def flush(self) -> None:
         """Put everything on disk that has been written."""

@@ -92,11 +92,14 @@ def _simulate(
     progress: Progress,
 ) -> Summary:
     """Let a hub play a scenario, and write down what came of it, even if it breaks off."""
-    recorder = None
+    recorder = scene = None
     if out is not None:
+        from grex_sim.foxglove_scene import FoxgloveScene  # protobuf takes a tenth of a second
+
+        scene = FoxgloveScene(scenario, plan)
         out.mkdir(parents=True, exist_ok=True)
         recorder = Recorder(out / RECORDING_FILE, {"scenario": msgspec.json.encode(scenario).decode()})
-    logbook = Logbook(recorder)
+    logbook = Logbook(recorder, scene)
     build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
     fault = "interrupted"

@@ -1,11 +1,10 @@
 """What a viewer is told once: the team, its planned tracks, its slots."""
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable
 from typing import Any
 
 from grex_agent.capabilities import state_form
-from grex_agent.mission import CraftPlan, TeamPlan, range_max_m
+from grex_agent.mission import TeamPlan, range_max_m
 from grex_link.config import Scenario
 from grex_link.errors import GrexError
 from grex_link.mac import plan_mac
@@ -13,8 +12,7 @@ from grex_link.profile import load_profile
 from grex_link.tdma import Schedule
 from grex_link.units import NS
 from grex_link.wire import BYTES
-
-_ARC_STEP_RAD = math.radians(4.0)
+from grex_sim.outline import outline
 
 
 def scene(scenario: Scenario, plan: TeamPlan) -> dict[str, Any]:
@@ -35,23 +33,10 @@ def scene(scenario: Scenario, plan: TeamPlan) -> dict[str, Any]:
         "duration_s": scenario.duration_s or plan.duration_s,
         "craft": list(scenario.craft),
         "modem": scenario.link.profile,
-        "plan": {name: list(_outline(craft)) for name, craft in plan.craft.items()},
+        "plan": {name: _rounded(outline(craft)) for name, craft in plan.craft.items()},
         "tracks": len(next(iter(plan.craft.values())).tracks),
         **_medium_access(scenario, plan),
     }
-
-
-def _outline(plan: CraftPlan) -> Iterator[tuple[float, float]]:
-    """Points along the planned tracks: the ends of lines, and every few degrees of arcs."""
-    yield _rounded(plan.tracks[0].point(0.0))
-    for track in plan.tracks:
-        pieces = max(1, math.ceil(abs(track.curvature) * track.length_m / _ARC_STEP_RAD))
-        for piece in range(1, pieces + 1):
-            yield _rounded(track.point(piece / pieces))
-
-
-def _rounded(place: tuple[float, float]) -> tuple[float, float]:
-    return round(place[0], 2), round(place[1], 2)
 
 
 def _medium_access(scenario: Scenario, plan: TeamPlan) -> dict[str, Any]:
@@ -66,3 +51,7 @@ def _medium_access(scenario: Scenario, plan: TeamPlan) -> dict[str, Any]:
         return {"access": type(scenario.link.mac).__name__, "cycle_s": None, "slots": []}
     slots = [(slot.craft, slot.start_ns / NS, slot.length_ns / NS) for slot in mac.slots]
     return {"access": "TDMA", "cycle_s": mac.cycle_ns / NS, "slots": slots}
+
+
+def _rounded(places: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    return [(round(north, 2), round(east, 2)) for north, east in places]
