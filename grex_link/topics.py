@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 from grex_link import messages as m
 
-Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link"]
+Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link", "view"]
 
 #: Names a craft may not have: they are the places of other participants on the bus.
 RESERVED = frozenset({"sim", "link", "up", "truth"})
@@ -49,7 +49,7 @@ class Topic:
     type : type
         The Struct that travels there.
     writers, readers : tuple of str
-        Roles; ``sim`` reads what it must count or record.
+        Roles; ``sim`` reads what it must count or record, ``view`` is whoever watches.
     rate : str
         Nominal rate: every tick, or on an event.
     recorded : type or None
@@ -95,7 +95,7 @@ TOPICS: dict[str, Topic] = {
         Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=None),
         Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=None),
         Topic("ledger", "link/ledger", m.LinkLedger, ("link",), ("sim",), "event", recorded=m.LinkLedger),
-        Topic("status", "sim/status", m.RunStatus, ("sim",), (), "event", recorded=None),
+        Topic("status", "sim/status", m.RunStatus, ("sim",), ("view",), "event", recorded=None),
         Topic("link_event", "link/event", m.LinkEvent, (), (), "event", recorded=m.LinkEvent),
     )
 }  # fmt: skip

@@ -47,12 +47,10 @@ export function drawBeliefs(context, names, shown, project, scale) {
     const tint = colour(names.indexOf(mate));
     const [x, y] = project(belief[0], belief[1]);
     context.beginPath();
-    context.arc(x, y, 4, 0, 2 * Math.PI);
-    for (const [stroke, width] of [[theme.sea, 3.6], [tint, 1.6]]) {
-      context.strokeStyle = stroke;
-      context.lineWidth = width;
-      context.stroke();
-    }
+    context.arc(x, y, 9, 0, 2 * Math.PI);
+    context.strokeStyle = tint;
+    context.lineWidth = 1.6;
+    context.stroke();
     drawSpread(context, x, y, belief[3], scale, tint, [4, 3]);
   }
 }
@@ -60,7 +58,7 @@ export function drawBeliefs(context, names, shown, project, scale) {
 /** Two standard deviations. Both axes have the same: the ellipse is a circle. */
 function drawSpread(context, x, y, sigma, scale, tint, dashes) {
   const radius = 2 * (sigma ?? 0) * scale;
-  if (!(radius > 5) || radius > 5000) return;
+  if (!(radius > 10) || radius > 5000) return;
   context.setLineDash(dashes);
   context.strokeStyle = tint;
   context.lineWidth = 1.2;

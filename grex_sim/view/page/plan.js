@@ -47,11 +47,11 @@ export class Plan {
       drawLine(context, points, project, colour(place), 2, 0.85, dash(place));
     });
     const causes = drawSounds(context, frame, this.names, project);
-    this.names.forEach((name, place) => drawCraft(context, place, name, frame.craft[name], project));
     for (const name of this.names) {
       const seen = this.observer.value;
       if (!seen || seen === name) drawBeliefs(context, this.names, frame.craft[name], project, this.camera.scale);
     }
+    this.names.forEach((name, place) => drawCraft(context, place, name, frame.craft[name], project));
     this.names.forEach((name, place) => drawFix(context, place, frame.craft[name], project, this.camera.scale));
     drawCauses(context, causes);
     if (this.camera.mode !== "whole") {

@@ -14,7 +14,7 @@ export class Player {
     const byId = (id) => document.getElementById(id);
     [this.button, this.slider, this.clock, this.pace] = ["play", "slider", "clock", "pace"].map(byId);
     byId("player").hidden = false;
-    Object.assign(this.slider, { min: start, max: end, step: Math.max((end - start) / 5000, 0.001) });
+    Object.assign(this.slider, { min: start, max: end, step: end - start > 120 ? 1 : 0.1 });
     const best = SPEEDS.reduce((a, b) => (Math.abs(b * WHOLE_S - end) < Math.abs(a * WHOLE_S - end) ? b : a));
     for (const speed of SPEEDS) this.pace.add(new Option(`${speed} ×`, speed, speed === best, speed === best));
     this.speed = best;
@@ -26,8 +26,8 @@ export class Player {
   }
 
   onKey(event) {
-    const typing = ["BUTTON", "SELECT", "INPUT"].includes(event.target.tagName);
-    if (event.key === " " && !typing) {
+    const taken = ["BUTTON", "SELECT"].includes(event.target.tagName); // there a space has its own meaning
+    if (event.key === " " && !taken) {
       event.preventDefault();
       this.play(!this.playing);
     }
