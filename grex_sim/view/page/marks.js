@@ -97,10 +97,13 @@ export function drawLine(context, points, project, tint, width, alpha, dashes = 
   context.globalAlpha = 1;
 }
 
-/** Where a craft has been: the past of its true places. */
+const TRAIL_POINTS = 300;
+
+/** Where a craft has been: the past of its true places, as many as can be told apart. */
 export function trail(past, name, until) {
   const [norths, easts] = [past.column(`north/${name}`), past.column(`east/${name}`)];
   const points = [];
-  for (let place = 0; place < until; place += 1) points.push([norths[place], easts[place]]);
+  const step = Math.ceil(until / TRAIL_POINTS);
+  for (let place = 0; place < until; place += step) points.push([norths[place], easts[place]]);
   return points;
 }

@@ -3,7 +3,7 @@
 import { Camera } from "./camera.js";
 import { fit } from "./canvas.js";
 import { drawGrid } from "./grid.js";
-import { drawInset } from "./inset.js";
+import { Inset } from "./inset.js";
 import { colour, dash } from "./colours.js";
 import { drawBeliefs, drawCraft, drawFix, drawLine, trail } from "./marks.js";
 import { drawCauses, drawSounds } from "./sounds.js";
@@ -17,15 +17,22 @@ export class Plan {
     this.camera = new Camera();
     this.redraw = redraw;
     this.aimed = false;
+    this.inset = new Inset();
     this.observer = document.getElementById("observer");
     this.observer.addEventListener("change", redraw);
     this.listen();
   }
 
+  /** Let the next frame be drawn as it is to stay. */
+  settle() {
+    this.aimed = false;
+    this.inset.settle();
+  }
+
   begin(scene) {
     this.names = scene.craft;
     this.plans = scene.plan;
-    this.aimed = false;
+    this.settle();
     const chosen = this.observer.value;
     this.observer.replaceChildren(new Option("all", ""), ...scene.craft.map((name) => new Option(name, name)));
     this.observer.value = scene.craft.includes(chosen) ? chosen : "";
@@ -55,7 +62,7 @@ export class Plan {
     this.names.forEach((name, place) => drawFix(context, place, frame.craft[name], project, this.camera.scale));
     drawCauses(context, causes);
     if (this.camera.mode !== "whole") {
-      drawInset(context, width, height, this.plans, this.names, frame, this.camera, trails);
+      this.inset.draw(context, width, height, this.plans, this.names, frame, this.camera, trails);
     }
   }
 
