@@ -59,12 +59,16 @@ class FoxgloveScene:
         Datum and length of the run.
     plan : TeamPlan
         The planned tracks.
+    apart_s : float or None
+        Mission seconds between two moments; what a recording can afford if None.
     """
 
-    def __init__(self, scenario: Scenario, plan: TeamPlan) -> None:
+    def __init__(self, scenario: Scenario, plan: TeamPlan, apart_s: float | None = None) -> None:
         self._degrees = None if scenario.datum is None else _Degrees(scenario.datum)
         self._plan = plan
-        self._apart_ns = round(max(_LEAST_S, (scenario.duration_s or plan.duration_s) / _MOMENTS) * NS)
+        if apart_s is None:
+            apart_s = max(_LEAST_S, (scenario.duration_s or plan.duration_s) / _MOMENTS)
+        self._apart_ns = round(apart_s * NS)
         self._due_ns = 0
         self._begun = False
         self._tracks: dict[str, list[Point3]] = {craft: [] for craft in plan.craft}
@@ -89,6 +93,10 @@ class FoxgloveScene:
         yield _encode("/tf", truth.t_ns, frames)
         if any(len(points) > _PIECE for points in self._tracks.values()):
             yield self._sailed(truth.t_ns)
+
+    def begin_again(self) -> None:
+        """Send the plan once more at the next moment: somebody new is looking."""
+        self._begun = False
 
     def end(self, t_ns: int) -> Iterator[Encoded]:
         """Return the last pieces of the tracks."""

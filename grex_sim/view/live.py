@@ -11,7 +11,7 @@ import msgspec
 
 from grex_link.bus import DEFAULT_ENDPOINTS, Heard, Listener
 from grex_link.errors import GrexError
-from grex_link.messages import RunStatus
+from grex_link.messages import RunStatus, Truth
 from grex_link.scenario import decode
 from grex_link.topics import TOPICS, place_of, who_of
 from grex_sim.view.health import Health
@@ -124,6 +124,11 @@ class Live:
             health=self._health.table(self.picture.scenario, self._everybody, wall_s, self._notes(self.picture)),
         )
         return frame
+
+    @property
+    def truth(self) -> Truth | None:
+        """The newest true poses."""
+        return None if self.picture is None else self.picture.truth
 
     # -- what is heard ----------------------------------------------------------------------------------------------
 

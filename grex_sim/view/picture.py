@@ -63,6 +63,11 @@ class Picture:
         return pairs if len(pairs) <= _PAIRS_MAX else []
 
     @property
+    def truth(self) -> Truth | None:
+        """The newest true poses."""
+        return self._truth
+
+    @property
     def now_s(self) -> float:
         """Mission time of the newest true poses, seconds."""
         return 0.0 if self._truth is None else self._truth.t_ns / NS

@@ -21,7 +21,7 @@ export function drawGrid(context, width, height, camera) {
     const x = Math.round(width / 2 + (east - camera.east) * camera.scale) + 0.5;
     context.moveTo(x, 0);
     context.lineTo(x, height);
-    if (x > 60 && x < width - 60) texts.push([Math.round(east * 100) / 100, x, height - 10, "center"]);
+    if (x > 60 && x < width - 90) texts.push([Math.round(east * 100) / 100, x, height - 10, "center"]);
   }
   for (let north = Math.ceil((camera.north - h) / step) * step; north < camera.north + h; north += step) {
     const y = Math.round(height / 2 - (north - camera.north) * camera.scale) + 0.5;

@@ -21,7 +21,9 @@ export function drawCraft(context, place, name, shown, project) {
   context.fillStyle = colour(place);
   context.fill();
   context.restore();
-  label(context, name, x + 14, y - 13, theme.ink, theme.sea, { bold: true });
+  const beside = x > context.canvas.clientWidth - 60 ? -1 : 1; // at the right edge the name goes to the left
+  const align = beside > 0 ? "left" : "right";
+  label(context, name, x + 14 * beside, y - 13, theme.ink, theme.sea, { align, bold: true });
 }
 
 /** The own fix: a cross, and twice its standard deviation. */
