@@ -81,7 +81,10 @@ class Health:
         rows = []
         for who in ["sim", *everybody]:
             heard_at = self._heard_at.get(who)
-            said = {name: hz for (name, craft), hz in rates.items() if _said_by(who, name, craft)}
+            said: dict[str, float] = {}
+            for (name, craft), hz in rates.items():
+                if _said_by(who, name, craft) and (hz > 0.0 or TOPICS[name].rate == "tick"):
+                    said[name] = min(hz, said.get(name, hz))  # of all craft, the one that gets least
             rows.append(
                 {
                     "who": who,
