@@ -1,4 +1,4 @@
-"""The bus: Zenoh between processes, or a queue inside one. The only module that knows Zenoh.
+"""The bus: Zenoh between processes. The only module that knows Zenoh.
 
 The simulator's session is the router (no daemon is needed), all others are clients with explicit endpoints. Multicast
 scouting, gossip and shared memory are off. A participant declares its subscribers first and its liveliness token last,
@@ -9,7 +9,7 @@ import json
 import os
 import queue
 import random
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from types import TracebackType
@@ -33,6 +33,8 @@ DEFAULT_ENDPOINTS = ("tcp/127.0.0.1:7447",)
 _RETRY_S = 0.1
 #: After this long without a sign a link is taken for dead. A killed process is known at once: its socket closes.
 _LEASE_MS = 5000
+#: A listener that is too slow holds no more than so many messages.
+_HEARD_MAX = 50_000
 
 #: (topic, craft, message)
 Envelope = tuple[str, str, Any]
@@ -270,6 +272,11 @@ class Listener:
     endpoints : sequence of str
         Where the simulator listens.
 
+    Attributes
+    ----------
+    dropped : int
+        What came faster than it was taken, and found no room.
+
     Raises
     ------
     BusError
@@ -280,6 +287,7 @@ class Listener:
         where = ", ".join(endpoints)
         self._inbox: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
         self._declared: dict[str, Any] = {}
+        self.dropped = 0
         try:
             config = session_config(router=False, endpoints=endpoints, lockstep=False, connect_timeout_s=2.0)
             self._session = zenoh.open(config)
@@ -304,7 +312,7 @@ class Listener:
         """
         if key_expression not in self._declared:
             try:
-                subscriber = self._session.declare_subscriber(key_expression, self._inbox.put)
+                subscriber = self._session.declare_subscriber(key_expression, self._take_in)
             except zenoh.ZError as error:
                 problem = str(error).partition(" at ")[0]
                 raise ConfigError("KEY", f"{key_expression!r} is no key expression: {problem}") from None
@@ -316,6 +324,12 @@ class Listener:
         if watched not in self._declared:
             liveliness = self._session.liveliness()
             self._declared[watched] = liveliness.declare_subscriber(watched, self._inbox.put, history=True)
+
+    def _take_in(self, sample: zenoh.Sample) -> None:
+        if self._inbox.qsize() < _HEARD_MAX:
+            self._inbox.put(sample)
+        else:
+            self.dropped += 1
 
     def take(self, timeout_s: float) -> Heard | None:
         """Take what was heard next, waiting so many wall seconds at most; None if there was nothing."""
@@ -332,56 +346,6 @@ class Listener:
         """Leave the bus."""
         with suppress(zenoh.ZError):
             self._session.close()  # type: ignore[no-untyped-call]
-
-
-class MemoryBus:
-    """All participants in one process: a queue of messages and a table of readers."""
-
-    def __init__(self) -> None:
-        self._queue: deque[tuple[Node, Envelope]] = deque()
-        self._readers: dict[tuple[str, str], list[Node]] = {}
-        self._present: list[tuple[Node, str, str, Role]] = []
-
-    def join(self, node: Node, scenario: Scenario, role: Role, who: str) -> None:
-        """Add a participant; the simulator sees everyone appear, everyone sees the simulator."""
-        for topic, craft in subscriptions(role, who):
-            for name in scenario.craft if craft == "*" else [craft]:
-                self._readers.setdefault((topic, name), []).append(node)
-        self._present.append((node, who, fingerprint(scenario), role))
-
-    def announce(self) -> None:
-        """Let everybody appear, once all have joined."""
-        for reader, _, _, role in self._present:
-            for _, who, scenario, _ in self._present:
-                if role == "sim" or who == "sim":
-                    self._queue.append((reader, ("presence", who, Presence(who, alive=True, scenario=scenario))))
-
-    def put(self, topic: str, craft: str, message: Message) -> None:
-        """Write a message to a topic."""
-        for node in self._readers.get((topic, craft), ()):
-            self._queue.append((node, (topic, craft, message)))
-
-    def run(self) -> None:
-        """Hand out messages until every participant is done, or nothing can happen any more."""
-        nodes = [node for node, *_ in self._present]
-        pending = self._queue
-        while True:
-            while pending:
-                node, (topic, craft, message) = pending.popleft()
-                node.handle(topic, craft, message)
-            if all(node.done for node in nodes) or not _wait_for_deadline(nodes):
-                return
-
-
-def _wait_for_deadline(nodes: Sequence[Node]) -> bool:
-    """Sleep until the first deadline of any node and let it act; False if there is none."""
-    waits = [(wait, node) for node in nodes if not node.done and (wait := node.wall_s_to_deadline()) is not None]
-    if not waits:
-        return False
-    wait, node = min(waits, key=lambda entry: entry[0])
-    clock.sleep_s(wait)
-    node.on_deadline()
-    return True
 
 
 def serve(bus: ZenohBus, node: Node, config: ClockConfig) -> None:

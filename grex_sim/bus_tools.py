@@ -3,7 +3,7 @@
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import msgspec
@@ -78,7 +78,7 @@ def echo_messages(key: str, connect: str) -> None:
     """Print what is put on a key, a JSON object a line, until Ctrl-C or until the run is over."""
     bad: Counter[str] = Counter()
     decoders: dict[str, msgspec.msgpack.Decoder[Any]] = {}
-    with suppress(KeyboardInterrupt), Listener((connect,)) as listener:
+    with Listener((connect,)) as listener, _telling_dropped(listener), suppress(KeyboardInterrupt):
         for heard in _heard_until_over(listener, key):
             place = place_of(heard.key)
             kind = place.topic.name if place else ""
@@ -107,7 +107,7 @@ def measure_rates(key: str, connect: str) -> None:
     """Print how often messages come, every second anew, until Ctrl-C or until the run is over."""
     intervals: dict[str, Intervals] = {}
     told_s = clock.monotonic_s()
-    with suppress(KeyboardInterrupt), Listener((connect,)) as listener:
+    with Listener((connect,)) as listener, _telling_dropped(listener), suppress(KeyboardInterrupt):
         for heard in _heard_until_over(listener, key, tick=True):
             now_s = clock.monotonic_s()
             if heard.key:
@@ -131,6 +131,14 @@ def _rates(intervals: dict[str, Intervals]) -> str:
 
 def _figure(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
+
+
+@contextmanager
+def _telling_dropped(listener: Listener) -> Iterator[None]:
+    """Say at the end what was left out."""
+    yield
+    if listener.dropped:
+        say(f"grex: {listener.dropped} messages came too fast and were left out")
 
 
 def _heard_until_over(listener: Listener, key: str, *, tick: bool = False) -> Iterator[Heard]:

@@ -9,10 +9,11 @@ from grex_agent.core import AgentCore
 from grex_agent.mission import TeamPlan, plan_mission
 from grex_agent.shell import Agent
 from grex_link import clock
-from grex_link.bus import MemoryBus, ZenohBus, serve
+from grex_link.bus import ZenohBus, serve
 from grex_link.config import Scenario
 from grex_link.emulator import Emulator
 from grex_link.errors import ConfigError, FaultError
+from grex_link.memory_bus import MemoryBus
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
 from grex_sim.hub import Hub, Progress

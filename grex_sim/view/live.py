@@ -28,6 +28,8 @@ _DECODERS: dict[str, msgspec.msgpack.Decoder[Any]] = {
 _SHOWN_S, _SHOWN_WALL_S = 4.0, 1.5
 #: … but never so many of the mission, or the sea would be full.
 _SHOWN_MOST_S = 60.0
+#: Messages taken in one go: a tenth of a second's work at most.
+_AT_ONCE = 5000
 
 
 class Live:
@@ -100,7 +102,10 @@ class Live:
         before = self._phase, self.run, len(self._everybody)
         gone: list[str] = []
         news = False
-        while heard := self._listener.take(0.0):
+        for _ in range(_AT_ONCE):
+            heard = self._listener.take(0.0)
+            if heard is None:
+                break
             if heard.alive is None:
                 news |= self._on_message(heard, wall_s)
             else:
@@ -114,6 +119,7 @@ class Live:
     def frame(self, wall_s: float) -> Frame:
         """Return what there is to see now."""
         frame: Frame = {"run": self.run, "phase": self._phase, "reason": self._reason, "bad": self.bad_payloads}
+        frame["dropped"] = 0 if self._listener is None else self._listener.dropped
         if self.picture is None:
             return frame
         shown_s = min(max(_SHOWN_S, _SHOWN_WALL_S * self._speed), _SHOWN_MOST_S)

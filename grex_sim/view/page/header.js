@@ -24,6 +24,9 @@ export function showFigures(frame, speed) {
   write(byId("time"), time(frame.t));
   write(byId("speed"), Number.isFinite(speed) ? `${number(speed, speed < 10 ? 1 : 0)} ×` : "–");
   write(byId("fd"), number(frame.fd?.[0], 3));
-  byId("bad").hidden = !frame.bad;
-  write(byId("bad"), frame.bad ? `${frame.bad} messages did not decode` : "");
+  const bad = [];
+  if (frame.bad) bad.push(`${frame.bad} messages did not decode`);
+  if (frame.dropped) bad.push(`${frame.dropped} messages came too fast`);
+  byId("bad").hidden = !bad.length;
+  write(byId("bad"), bad.join(" · "));
 }

@@ -181,3 +181,19 @@ def test_a_key_expression_that_is_none(scenario) -> None:
         pytest.raises(ConfigError, match="is no key expression"),
     ):
         listener.hear("grex//fix")
+
+
+def test_a_slow_listener_has_bounded_room(scenario, monkeypatch) -> None:
+    """What comes faster than it is taken is dropped and counted; nothing piles up without end."""
+    monkeypatch.setattr("grex_link.bus._HEARD_MAX", 10)
+    with ZenohBus(scenario, "sim", "sim") as bus, Listener(scenario.bus.endpoints) as listener:
+        listener.hear("grex/grex/truth")
+        deadline = time.monotonic() + 20.0
+        sent = taken = 0
+        while not listener.dropped:
+            assert time.monotonic() < deadline
+            bus.put("truth", "", truth(1))
+            sent += 1
+        while listener.take(0.2) is not None:
+            taken += 1
+        assert 10 <= taken <= sent - listener.dropped
