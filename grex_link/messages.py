@@ -357,6 +357,18 @@ class Clock(Message, frozen=True):
     """``bye``: mission time at which it is over."""
 
 
+class RunStatus(Message, frozen=True):
+    """Hub → whoever watches, about once a wall second: what is run, and how the pace is kept."""
+
+    t_ns: int
+    scenario: str
+    """The whole scenario, as JSON."""
+    everybody: list[str]
+    """Places of all who take part, besides the simulator."""
+    late_ticks: int
+    late_setpoints: int
+
+
 class Presence(Message, frozen=True):
     """The bus → hub and agents: somebody has appeared or is gone (a liveliness token, not a topic)."""
 

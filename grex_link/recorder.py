@@ -1,15 +1,15 @@
-"""Records a run as MCAP: JSON with schemas, so that the field's viewers open it. The only user of mcap."""
+"""Records a run as MCAP, with schemas, so that the field's viewers open it. The only user of mcap."""
 
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import mcap.records
 import msgspec
 from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel
+from mcap.records import Channel, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
@@ -50,6 +50,30 @@ class Recorder:
             channel = self._channels[topic, craft] = self._register(topic, craft)
         self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
 
+    def write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
+        """Record a protobuf message at a mission time.
+
+        Parameters
+        ----------
+        topic : str
+            With its slash.
+        schema : str
+            Full name of its type.
+        descriptors : bytes
+            FileDescriptorSet that holds the type.
+        t_ns : int
+            Mission time, nanoseconds.
+        data : bytes
+            The message.
+        """
+        channel = self._channels.get((topic, schema))
+        if channel is None:
+            number = self._schemas.get(schema)
+            if number is None:
+                number = self._schemas[schema] = self._writer.register_schema(schema, "protobuf", descriptors)
+            channel = self._channels[topic, schema] = self._writer.register_channel(topic, "protobuf", number)
+        self._writer.add_message(channel, t_ns, data, t_ns)
+
     def flush(self) -> None:
         """Put everything on disk that has been written."""
         self._writer.flush()  # type: ignore[no-untyped-call]
@@ -73,6 +97,16 @@ def _schema_name(recorded: Any) -> str:
     return " or ".join(part.__name__ for part in get_args(recorded) or (recorded,))
 
 
+class Recorded(NamedTuple):
+    """One message of a recording, as it was written."""
+
+    topic: str
+    t_ns: int
+    """Mission time."""
+    data: bytes
+    """JSON."""
+
+
 def read_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) -> list[tuple[str, int, Any]]:
     """Read a recording, even one that was cut off.
 
@@ -93,16 +127,37 @@ def read_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) ->
     ConfigError
         If the file is no recording.
     """
+    return [(topic, t_ns, msgspec.json.decode(data)) for topic, t_ns, data in stream_messages(path, wanted)]
+
+
+def stream_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) -> Iterator[Recorded]:
+    """Read a recording message by message; see `read_messages`. What is not JSON is left out."""
     channels: dict[int, str] = {}
-    messages = []
     with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
         for record in StreamReader(file).records:
             if isinstance(record, Channel):
-                if wanted(record.topic):
+                if record.message_encoding == "json" and wanted(record.topic):
                     channels[record.id] = record.topic
             elif isinstance(record, mcap.records.Message) and record.channel_id in channels:
-                messages.append((channels[record.channel_id], record.log_time, msgspec.json.decode(record.data)))
-    return messages
+                yield Recorded(channels[record.channel_id], record.log_time, record.data)
+
+
+def read_scenario(path: Path) -> str:
+    """Read from a recording which scenario was run, as JSON.
+
+    Raises
+    ------
+    ConfigError
+        If the file is no recording of a run.
+    """
+    try:
+        with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
+            for record in StreamReader(file).records:
+                if isinstance(record, Metadata) and "scenario" in record.metadata:
+                    return record.metadata["scenario"]
+    except OSError as error:
+        raise ConfigError(str(path), f"cannot read the recording: {error.strerror}") from None
+    raise ConfigError(str(path), "is no recording of a GREX run: it names no scenario")
 
 
 def read_metadata(path: Path) -> dict[str, str]:

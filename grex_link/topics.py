@@ -4,11 +4,11 @@ The bus, the recorder, the health page, access control and the tests are all dri
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from grex_link import messages as m
 
-Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link"]
+Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link", "view"]
 
 #: Names a craft may not have: they are the places of other participants on the bus.
 RESERVED = frozenset({"sim", "link", "up", "truth"})
@@ -49,7 +49,7 @@ class Topic:
     type : type
         The Struct that travels there.
     writers, readers : tuple of str
-        Roles; ``sim`` reads what it must count or record.
+        Roles; ``sim`` reads what it must count or record, ``view`` is whoever watches.
     rate : str
         Nominal rate: every tick, or on an event.
     recorded : type or None
@@ -95,6 +95,7 @@ TOPICS: dict[str, Topic] = {
         Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=None),
         Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=None),
         Topic("ledger", "link/ledger", m.LinkLedger, ("link",), ("sim",), "event", recorded=m.LinkLedger),
+        Topic("status", "sim/status", m.RunStatus, ("sim",), ("view",), "event", recorded=None),
         Topic("link_event", "link/event", m.LinkEvent, (), (), "event", recorded=m.LinkEvent),
     )
 }  # fmt: skip
@@ -108,6 +109,48 @@ def key(team: str, topic: str, craft: str) -> str:
 def presence_key(team: str, who: str, scenario: str) -> str:
     """Key of the liveliness token a participant holds while it is up."""
     return f"grex/{team}/up/{who}/{scenario}"
+
+
+def is_presence(name: str) -> bool:
+    """Whether a key is that of a liveliness token."""
+    parts = name.split("/")
+    return len(parts) == 5 and parts[2] == "up"
+
+
+def who_of(name: str) -> tuple[str, str]:
+    """Team and place of the participant whose liveliness token this key is."""
+    _, team, _, who, _ = name.split("/")
+    return team, who
+
+
+class Place(NamedTuple):
+    """What a key on the bus stands for."""
+
+    team: str
+    topic: Topic
+    craft: str
+    """Or the place of a participant; empty for a topic that there is once."""
+
+
+def place_of(name: str) -> Place | None:
+    """Tell what a whole key stands for; None if it is none of the table's.
+
+    Parameters
+    ----------
+    name : str
+        For instance ``grex/grex/auv1/modem/tx``.
+    """
+    root, _, rest = name.partition("/")
+    team, _, below = rest.partition("/")
+    first, _, last = below.partition("/")
+    if root != "grex":
+        return None
+    for topic in TOPICS.values():
+        if topic.key == below:
+            return Place(team, topic, "")
+        if last and topic.key == "{craft}/" + last:
+            return Place(team, topic, first)
+    return None
 
 
 def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:

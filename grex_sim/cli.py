@@ -16,6 +16,8 @@ from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
 from grex_sim.autopilot.__main__ import autopilot
+from grex_sim.bus_options import echo, hz, topics
+from grex_sim.view.command import view
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -285,6 +287,10 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "study": study,
     "medium": medium,
     "modems": modems,
+    "view": view,
+    "topics": topics,
+    "echo": echo,
+    "hz": hz,
     "example": example,
     "agent": agent,
     "modem": modem,

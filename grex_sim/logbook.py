@@ -4,7 +4,7 @@ import hashlib
 from array import array
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -23,6 +23,9 @@ from grex_link.messages import (
 from grex_link.recorder import Recorder
 from grex_sim.navigation_errors import BelievedPlaces
 
+if TYPE_CHECKING:
+    from grex_sim.foxglove_scene import FoxgloveScene
+
 #: Messages that are written in one go when there is time, and that may wait for it.
 _SOME = 4
 _PILE = 2000
@@ -36,6 +39,8 @@ class Logbook:
     ----------
     recorder : Recorder or None
         Where messages are recorded; None records nothing.
+    scene : FoxgloveScene or None
+        Turns true poses into what viewers draw, to be recorded beside them.
 
     Attributes
     ----------
@@ -53,8 +58,10 @@ class Logbook:
         Where the agents took themselves and others to be.
     """
 
-    def __init__(self, recorder: Recorder | None = None) -> None:
+    def __init__(self, recorder: Recorder | None = None, scene: "FoxgloveScene | None" = None) -> None:
         self._recorder = recorder
+        self._scene = scene
+        self._written_ns = 0
         self._encode = msgspec.msgpack.Encoder().encode
         self._hashes = {name: hashlib.sha256() for name in ("truth", "link", "setpoints")}
         self._positions = array("d")
@@ -151,6 +158,8 @@ class Logbook:
         """Close the recording."""
         self._write_all()
         if self._recorder is not None:
+            for encoded in self._scene.end(self._written_ns) if self._scene is not None else ():
+                self._recorder.write_encoded(*encoded)
             self._recorder.close()
 
     def _write_all(self) -> None:
@@ -160,6 +169,10 @@ class Logbook:
     def _write(self, topic: str, craft: str, message: Any) -> None:
         if self._recorder is not None:
             self._recorder.write(topic, craft, message.t_ns, message)
+            if self._scene is not None and topic == "truth":
+                self._written_ns = message.t_ns
+                for encoded in self._scene.at(message):
+                    self._recorder.write_encoded(*encoded)
 
     def _note_health(self, craft: str, state: AgentState) -> None:
         if state.bad_frames:

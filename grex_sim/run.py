@@ -10,10 +10,11 @@ from grex_agent.mission import TeamPlan, plan_mission
 from grex_agent.separation import check_separation
 from grex_agent.shell import Agent
 from grex_link import clock
-from grex_link.bus import MemoryBus, ZenohBus, serve
+from grex_link.bus import ZenohBus, serve
 from grex_link.config import Scenario
 from grex_link.emulator import Emulator
 from grex_link.errors import ConfigError, FaultError
+from grex_link.memory_bus import MemoryBus
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
 from grex_sim.hub import Hub, Progress
@@ -94,11 +95,14 @@ def _simulate(
     progress: Progress,
 ) -> Summary:
     """Let a hub play a scenario, and write down what came of it, even if it breaks off."""
-    recorder = None
+    recorder = scene = None
     if out is not None:
+        from grex_sim.foxglove_scene import FoxgloveScene  # protobuf takes a tenth of a second
+
+        scene = FoxgloveScene(scenario, plan)
         out.mkdir(parents=True, exist_ok=True)
         recorder = Recorder(out / RECORDING_FILE, {"scenario": msgspec.json.encode(scenario).decode()})
-    logbook = Logbook(recorder)
+    logbook = Logbook(recorder, scene)
     build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
     fault = "interrupted"

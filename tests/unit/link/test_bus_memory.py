@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from grex_link.bus import MemoryBus
 from grex_link.emulator import Emulator
+from grex_link.memory_bus import MemoryBus
 from grex_link.messages import Advance, Clock, Presence, Setpoint, Step, Transmit
 from grex_link.scenario import fingerprint
 from grex_link.topics import TOPICS
@@ -67,6 +67,7 @@ READERS = {
     "advance": {"link"},
     "report": {"sim"},
     "ledger": {"sim"},
+    "status": set(),
     "link_event": set(),
 }
 

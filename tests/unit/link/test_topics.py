@@ -10,11 +10,14 @@ from grex_link.topics import (
     RESERVED,
     TOPICS,
     frontseat_place,
+    is_presence,
     is_reserved,
     key,
     modem_place,
+    place_of,
     presence_key,
     subscriptions,
+    who_of,
 )
 
 TEAM = ["auv1", "auv2", "auv3"]
@@ -119,3 +122,20 @@ def test_keys() -> None:
 def test_newer_writers_are_understood(row) -> None:
     """A message with a field that this version does not know is read all the same."""
     assert all(kind.__struct_config__.forbid_unknown_fields is False for kind in kinds(row.type))
+
+
+def test_every_key_is_told_apart() -> None:
+    """Whatever is put on the bus can be told from its key: team, topic, craft. Other keys are none of ours."""
+    for row in ROWS:
+        craft = "auv1" if row.per_craft else ""
+        assert place_of(key("t7", row.name, craft)) == ("t7", row, craft)
+    for name in ("grex/t7/auv1/nothing", "grex/t7", "other/t7/truth", "", presence_key("t7", "auv1", "f00")):
+        assert place_of(name) is None
+
+
+def test_tokens_are_told_from_messages() -> None:
+    """The key of a liveliness token says who it is, and no key of a message looks like one."""
+    token = presence_key("t7", modem_place("auv1"), "f00")
+    assert is_presence(token)
+    assert who_of(token) == ("t7", "modem_auv1")
+    assert not any(is_presence(key("t7", row.name, "auv1")) for row in ROWS)
