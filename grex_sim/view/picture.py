@@ -44,6 +44,8 @@ class Picture:
         plan = plan_mission(scenario)
         self.scene = scene(scenario, plan)
         self.names = list(scenario.craft)
+        #: Those who have a part in the formation: only they are judged.
+        self._members = list(plan.craft)
         self.history = History()
         self.sounds = Sounds()
         self._formation = Formation(plan, scenario.score)
@@ -142,11 +144,12 @@ class Picture:
             return (math.nan,) * 4
         if truth.tick != self._judged[0]:
             if not self._entered and truth.tick > 0:
-                if len(self._states) < len(self.names):
+                if not self._states.keys() >= set(self._members):
                     return (math.nan,) * 4  # who comes later must first be told on which tracks they are
-                self._formation.take_up([self._states[name].track for name in self.names])
+                self._formation.take_up([self._states[name].track for name in self._members])
             self._entered = True
-            places = [(pose.north_m, pose.east_m) for pose in truth.poses]
+            poses = {pose.craft: pose for pose in truth.poses}
+            places = [(poses[name].north_m, poses[name].east_m) for name in self._members]
             self._judged = truth.tick, self._formation.deviation(places)
         return self._judged[1]
 
