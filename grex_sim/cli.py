@@ -16,6 +16,7 @@ from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
 from grex_sim.autopilot.__main__ import autopilot
+from grex_sim.campaign.command import campaign
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -251,6 +252,7 @@ LINK_STATS = "link stats"
 COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
+    "campaign": campaign,
     "table1": table1,
     "bench": bench,
     "medium": medium,

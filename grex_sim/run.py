@@ -39,8 +39,8 @@ def check_scenario(scenario: Scenario) -> TeamPlan:
     return plan
 
 
-def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress) -> Summary:
-    """Run everybody in this process, on the memory bus."""
+def check_in_process(scenario: Scenario) -> TeamPlan:
+    """Check as `check_scenario` does, and that nobody needs a process of its own."""
     plan = check_scenario(scenario)
     for craft in scenario.serial_craft:
         raise ConfigError(
@@ -50,6 +50,12 @@ def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress
         raise ConfigError(
             f"$.craft.{craft}.frontseat.type", "a craft on MAVLink needs its own process: run without --in-process"
         )
+    return plan
+
+
+def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress) -> Summary:
+    """Run everybody in this process, on the memory bus."""
+    plan = check_in_process(scenario)
     bus = MemoryBus()
 
     def play(hub: Hub) -> None:
