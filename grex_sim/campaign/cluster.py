@@ -12,7 +12,7 @@ from grex_link import clock
 from grex_link.errors import ConfigError, GrexError
 from grex_sim.campaign.engine import Keyed, Outcome, Work, do
 
-_CONNECT_S = 15.0
+_CONNECT_S = 10.0
 _WORKERS_S = 30.0
 #: How long all workers may be gone, or none may finish anything while none is there.
 _DESERTED_S = 60.0
@@ -46,7 +46,7 @@ class Cluster:
         self._work = work
         self._address = address
         try:
-            self._client = self._dask.Client(address, timeout=_CONNECT_S, set_as_default=False)
+            self._client = self._dask.Client(address, timeout=_CONNECT_S)
         except (OSError, ValueError) as error:
             raise ConfigError("--scheduler", f"no Dask scheduler answers at {address} ({_brief(error)})") from None
         try:
