@@ -66,6 +66,7 @@ class AgentCore:
         self._fix_usable = False
         self._own: Own | None = None
         self._beliefs: list[MateBelief] = []
+        self._modem_events = 0
 
     @property
     def bad_frames(self) -> int:
@@ -80,6 +81,7 @@ class AgentCore:
 
     def on_modem(self, event: ModemEvent) -> None:
         """Take a modem event; it counts at the next step."""
+        self._modem_events += 1
         self._messenger.on_event(event)
 
     def on_truth(self, truth: Truth) -> None:
@@ -175,6 +177,7 @@ class AgentCore:
             self._beliefs,
             health,
             self.bad_frames,
+            self._modem_events,
         )
 
     def _setpoint(self, tick: int, now_ns: int, speed_mps: float, *, hold: bool) -> Setpoint:

@@ -177,6 +177,8 @@ class AgentState(Message, frozen=True):
     """Empty when all is well; otherwise words such as ``stale_fix``."""
     bad_frames: int
     """Datagrams since the start that were no team state of a mate."""
+    modem_events: int = 0
+    """Modem events since the start that this step and those before it had: what a replay has to give it."""
 
 
 class AgentStates(Message, frozen=True):

@@ -17,6 +17,7 @@ from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
 from grex_sim.autopilot.__main__ import autopilot
 from grex_sim.campaign.command import campaign
+from grex_sim.recorded_commands import export, replay
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -253,6 +254,8 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
     "campaign": campaign,
+    "replay": replay,
+    "export": export,
     "table1": table1,
     "bench": bench,
     "medium": medium,

@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import msgspec
-
 from grex_agent.core import AgentCore
 from grex_agent.mission import TeamPlan, plan_mission
 from grex_agent.shell import Agent
@@ -15,13 +13,13 @@ from grex_link.emulator import Emulator
 from grex_link.errors import ConfigError, FaultError
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
+from grex_link.recording import RECORDING_FILE, run_metadata
 from grex_sim.hub import Hub, Progress
 from grex_sim.live import LiveHub
 from grex_sim.lockstep import LockstepHub
 from grex_sim.logbook import Logbook
 from grex_sim.summary import Summary, summarise, write_files
 
-RECORDING_FILE = "run.mcap"
 #: Less than the launcher gives on Ctrl-C, so that the summary is written before.
 _FAREWELL_S = 1.0
 
@@ -101,7 +99,7 @@ def _simulate(
     recorder = None
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        recorder = Recorder(out / RECORDING_FILE, {"scenario": msgspec.json.encode(scenario).decode()})
+        recorder = Recorder(out / RECORDING_FILE, run_metadata(scenario))
     logbook = Logbook(recorder)
     build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
