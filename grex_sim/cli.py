@@ -17,7 +17,7 @@ from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
 from grex_sim.autopilot.__main__ import autopilot
 from grex_sim.campaign.command import campaign
-from grex_sim.recorded_commands import export, replay
+from grex_sim.recorded_commands import export, replay, report
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -254,6 +254,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
     "campaign": campaign,
+    "report": report,
     "replay": replay,
     "export": export,
     "table1": table1,

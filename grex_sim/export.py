@@ -156,7 +156,7 @@ class _Shape:
         main = {**head, **({"type": str} if len(structs) > 1 else {})}
         for struct in structs:
             main |= _flat_columns(struct, self._lists)
-        times = {name: main[name] for name in ("tick", "t_ns") if name in main}
+        times: Row = {name: main[name] for name in ("tick", "t_ns") if name in main}
         self._times = list(times)
         self.columns: dict[str, Row] = {topic: main}
         for struct in structs:
@@ -177,7 +177,7 @@ class _Shape:
         row |= _flat(message, self._lists)
         if len(row) > len(head) + len(self._times) or not self._lists:
             yield self._topic, row
-        times = {name: row[name] for name in self._times}
+        times: Row = {name: row[name] for name in self._times}
         for name in self._lists:
             for thing in getattr(message, name, ()):
                 inner = _flat(thing, ())

@@ -68,3 +68,26 @@ def export(
     if recording.remark:
         print(recording.remark)  # noqa: T201
     print("\n".join([*(f"{count:8d} rows  {name}" for name, count in counts.items()), f"files in {folder}"]))  # noqa: T201
+
+
+def report(
+    runs: Runs,
+    out: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None,
+) -> None:
+    """Write one HTML page about a run, or about several side by side; it has everything in it.
+
+    Parameters
+    ----------
+    runs
+        The runs; differences are to the first.
+    out
+        The page; default: report.html beside the recording, or here if there are several.
+    """
+    from grex_link.errors import ConfigError
+    from grex_link.recording import recording_file
+    from grex_sim.report_page import REPORT_FILE, write_report
+
+    if not runs:
+        raise ConfigError("RUN", "which run? Name one folder or more")
+    path = out or (recording_file(runs[0]).with_name(REPORT_FILE) if len(runs) == 1 else Path(REPORT_FILE))
+    print("\n".join([*write_report(runs, path), f"report {path}"]))  # noqa: T201

@@ -22,13 +22,13 @@ from grex_sim.canvas import new_figure as _figure
 from grex_sim.canvas import save as _save
 from grex_sim.canvas import thin
 from grex_sim.plan_text import plan_text
-from grex_sim.score import Series
+from grex_sim.score import Score, Series
 from grex_sim.summary import SERIES_FILE
 
 if TYPE_CHECKING:
     from grex_sim.canvas import Axes, Figure
 
-__all__ = ["draw", "draw_plan", "plan_text", "relative_positions"]
+__all__ = ["draw", "draw_plan", "plan_text", "relative_positions", "run_figure"]
 
 PICTURE_FILE = "run.png"
 #: The parts of fd(k): column of series.csv, name, unit, shade.
@@ -79,6 +79,29 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
     run = _read(folder / SERIES_FILE, list(scenario.craft))
     if run is None:
         return None
+    return _save(_draw_run(scenario, plan, run), folder / PICTURE_FILE)
+
+
+def run_figure(scenario: Scenario, plan: TeamPlan, t_s: Series, result: Score, positions: Series) -> "Figure":
+    """Draw the same of a run that is in memory.
+
+    Parameters
+    ----------
+    scenario, plan
+        What was asked for, and planned.
+    t_s : ndarray, shape (l,)
+        Mission time of the ticks.
+    result : Score
+        fd(k) and its parts.
+    positions : ndarray, shape (l, craft, 2)
+        True north and east, metres.
+    """
+    columns = {"t_s": t_s, "fd": result.fd_series}
+    columns |= {"fd_distance": result.distance, "fd_angle": result.angle, "fd_xte": result.xte}
+    return _draw_run(scenario, plan, _Run(columns, positions))
+
+
+def _draw_run(scenario: Scenario, plan: TeamPlan, run: _Run) -> "Figure":
     figure = _figure(14.0, 10.5)
     axes: dict[str, Axes] = figure.subplot_mosaic(**_arrangement(plan))
     _draw_tracks(axes["tracks"], run, plan)
@@ -87,7 +110,7 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
         _draw_relative(axes["relative"], run, plan)
     subtitle = f"estimator {scenario.team.estimator}, {len(scenario.craft)} craft, {run.columns['t_s'][-1]:.0f} s"
     _finish(figure, scenario, subtitle)
-    return _save(figure, folder / PICTURE_FILE)
+    return figure
 
 
 def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
