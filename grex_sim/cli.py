@@ -78,7 +78,8 @@ def run(
             options = [part for value in arguments for part in ("--set", value)]
             with Launch(config, [str(scenario), *options], folder) as launch:
                 summary = launch.wait(progress)
-    report.draw(folder, config, plan)
+    if not summary.recording_fault:
+        report.draw(folder, config, plan)
     print(to_json(summary) if as_json else as_text(summary))  # noqa: T201
 
 

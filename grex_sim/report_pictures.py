@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _SAMPLES_MAX = 3000
 _PAIRS_MAX = 6
 _GREY = "0.75"
-_NOTHING = [0] * (len(EDGES_S) + 1)
+_NOTHING: list[float] = [0.0] * (len(EDGES_S) + 1)
 
 
 def overview(run: RunData) -> "Figure":
@@ -127,8 +127,8 @@ def link_histograms(runs: Sequence[RunData]) -> "Figure":
     used: set[int] = set()
     for place, run in enumerate(runs):
         links = [link.counts for link in run.stats.links.values()]
-        latencies = np.sum([path.latency_counts for path in links] or [_NOTHING], axis=0)
-        ages = np.sum([path.age_seconds for path in links] or [_NOTHING], axis=0)
+        latencies = np.sum([_NOTHING, *([float(n) for n in path.latency_counts] for path in links)], axis=0)
+        ages = np.sum([_NOTHING, *(path.age_seconds for path in links)], axis=0)
         for axes, values in ((left, latencies), (right, ages)):
             share = 100.0 * values / max(float(values.sum()), 1e-9)
             used |= set(np.flatnonzero(values).tolist())

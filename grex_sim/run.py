@@ -10,7 +10,7 @@ from grex_link import clock
 from grex_link.bus import MemoryBus, ZenohBus, serve
 from grex_link.config import Scenario
 from grex_link.emulator import Emulator
-from grex_link.errors import ConfigError, FaultError
+from grex_link.errors import ConfigError, FaultError, RecordingError
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
 from grex_link.recording import RECORDING_FILE, run_metadata
@@ -18,6 +18,7 @@ from grex_sim.hub import Hub, Progress
 from grex_sim.live import LiveHub
 from grex_sim.lockstep import LockstepHub
 from grex_sim.logbook import Logbook
+from grex_sim.score import Score
 from grex_sim.summary import Summary, summarise, write_files
 
 #: Less than the launcher gives on Ctrl-C, so that the summary is written before.
@@ -100,7 +101,7 @@ def _simulate(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         recorder = Recorder(out / RECORDING_FILE, run_metadata(scenario))
-    logbook = Logbook(recorder)
+    logbook = Logbook(recorder, stop_when_full=scenario.recording.on_full_disk == "stop")
     build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
     fault = "interrupted"
@@ -114,7 +115,8 @@ def _simulate(
         progress(hub.now_s)
         now = clock.monotonic_s()
         started_at = now if hub.started_at is None else hub.started_at
-        logbook.close()
+        unrecorded = _close(logbook)
+        fault = fault or str(unrecorded or "")
         summary, result = summarise(
             scenario,
             plan,
@@ -125,8 +127,29 @@ def _simulate(
             fault=fault,
         )
         if out is not None:
-            write_files(out, scenario, logbook, summary, result)
+            _write(out, scenario, logbook, summary, result)
+    if unrecorded is not None:
+        raise unrecorded
     return summary
+
+
+def _close(logbook: Logbook) -> RecordingError | None:
+    """Close the recording, and hand back what hinders that: there is a summary to be written."""
+    try:
+        logbook.close()
+    except RecordingError as error:
+        return error
+    return None
+
+
+def _write(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
+    """Write summary and series; where there is no room for them, the summary says it to whom it is shown."""
+    try:
+        write_files(out, scenario, logbook, summary, result)
+    except RecordingError as error:
+        summary.recording_fault = summary.recording_fault or str(error)
+        if summary.complete and scenario.recording.on_full_disk == "stop":
+            raise
 
 
 def _see_off(bus: ZenohBus, hub: Hub, reason: str) -> None:

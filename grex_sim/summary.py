@@ -10,6 +10,7 @@ import numpy as np
 
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
+from grex_link.errors import RecordingError
 from grex_link.ledger import EDGES_S, faults
 from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
@@ -74,6 +75,8 @@ class Summary(msgspec.Struct, kw_only=True):
     ports: dict[str, PortLedger]
     """For each craft, the books of its modem port."""
     digest: str
+    recording_fault: str = ""
+    """Why nothing more was recorded from some time on; empty if all was."""
     out: str | None = None
     """Folder of the run's files."""
 
@@ -124,6 +127,7 @@ def summarise(
         unhealthy_steps=logbook.unhealthy_steps,
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
+        recording_fault=logbook.recording_fault,
     )
     return summary, result
 
@@ -148,7 +152,20 @@ def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[st
 
 
 def write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
-    """Write summary and per-step series into a run's folder."""
+    """Write summary and per-step series into a run's folder.
+
+    Raises
+    ------
+    RecordingError
+        If the disk is full.
+    """
+    try:
+        _write_files(out, scenario, logbook, summary, result)
+    except OSError as error:
+        raise RecordingError(f"cannot write summary and series into {out}: {error.strerror}") from None
+
+
+def _write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
     summary.out = str(out)
     (out / SUMMARY_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(summary), indent=2) + b"\n")
     positions = logbook.positions[1:]
@@ -221,7 +238,7 @@ def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:
 
 
 def _warnings(summary: Summary) -> list[str]:
-    lines = []
+    lines = [f"WARNING: {summary.recording_fault}"] if summary.recording_fault else []
     if summary.late_ticks or summary.late_setpoints:
         lines.append(
             f"WARNING: the pace was not held: {summary.late_ticks} of {summary.ticks} ticks and "
