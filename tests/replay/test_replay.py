@@ -1,4 +1,4 @@
-"""`grex replay`, `grex export` and `grex report` on runs that were flown, cut off, foreign, newer, or hold no numbers."""
+"""`grex replay`, `grex export` and `grex report` on runs that were flown, cut off, foreign, newer, or hold NaN."""
 
 import csv
 import json
