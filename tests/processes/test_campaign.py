@@ -87,9 +87,9 @@ def test_a_run_of_a_campaign_is_that_of_grex_run(whole):
     assert msgspec.json.decode(ended.stdout)["digest"] == row["digest"]
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGKILL, -9), (signal.SIGINT, 130), (signal.SIGTERM, 130)])
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGKILL, -9), (signal.SIGINT, 130)])
 def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, whole, number, status):
-    """Killed, interrupted or ended, the same command flies the rest; the results are those of one that was not."""
+    """Killed or interrupted, the same command flies the rest; the results are those of one that was not."""
     folder = tmp_path / "stopped"
     with subprocess.Popen(command(folder, "--seeds", "6"), stderr=subprocess.PIPE, text=True) as process:
         wait_for(folder, 5, process)
@@ -125,7 +125,11 @@ def test_another_definition_in_the_same_folder_is_refused(whole):
         (["--vary", "title"], "--vary: 'title' does not have the form"),
         (["--seeds", "0"], "--seeds: must be 1 or more"),
         (["--set", "clock.pace=live"], "$.clock.pace: a campaign flies in lockstep only"),
-        (["--scheduler", "tcp://127.0.0.1:1"], "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1"),
+        pytest.param(
+            ["--scheduler", "tcp://127.0.0.1:1"],
+            "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_what_cannot_work_is_one_line(tmp_path, options, words):
@@ -136,6 +140,7 @@ def test_what_cannot_work_is_one_line(tmp_path, options, words):
     assert journal_lines(tmp_path / "c") <= 0
 
 
+@pytest.mark.slow
 def test_a_cluster_of_which_a_worker_is_killed_loses_no_run(tmp_path, whole):
     """A real scheduler with two workers, one killed midway: every run ends once, with the figures of a local one."""
     address = f"tcp://127.0.0.1:{free_port()}"

@@ -22,8 +22,10 @@ from grex_sim.belief_errors import belief_errors
 from grex_sim.replay import Difference, first_difference, read_tape
 from grex_sim.replay_text import compare, with_estimator
 from grex_sim.report_data import labels
+from grex_sim.report_page import write_report
 
-SHORT = ("duration_s=200", "link.loss=0.2", "mission.leg_length_m=60")
+TITLE = '<img src=x onerror=alert(1)> & "quoted" \'$x_$'
+SHORT = ("duration_s=200", "link.loss=0.2", "mission.leg_length_m=60", f"title={json.dumps(TITLE)}")
 
 
 @pytest.fixture(scope="module")
@@ -247,12 +249,17 @@ def test_the_example_script_reads_a_run(flown):
 # -- report --------------------------------------------------------------------------------------------------------
 
 
-def test_a_report_has_everything_in_it(grex, flown, cut, tmp_path):
-    """Two runs side by side are one page: pictures inside, no script, no address, figures and remark of the cut one."""
-    status, out, _ = grex("report", flown, cut, "--out", tmp_path / "r.html")
-    assert status == 0
-    assert "was cut off" in out
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+@pytest.fixture(scope="module")
+def page(flown, cut, tmp_path_factory):
+    """The report of a run beside one that was cut off."""
+    file = tmp_path_factory.mktemp("report") / "r.html"
+    remarks = write_report([flown, cut], file)
+    assert [("was cut off" in remark) for remark in remarks] == [True]
+    return file.read_text(encoding="utf-8")
+
+
+def test_a_report_has_everything_in_it(flown, page):
+    """Two runs side by side are one page: pictures inside, no script, no address, figures and what was cut off."""
     assert page.count('src="data:image/png;base64,') == 2 + 2 * 3
     assert not re.search(r"<script|https?://|src=\"(?!data:)|href=\"(?!data:)|url\(", page)
     fd = json.loads((flown / "summary.json").read_text(encoding="utf-8"))["fd"]
@@ -260,12 +267,8 @@ def test_a_report_has_everything_in_it(grex, flown, cut, tmp_path):
     assert "killed: there is no summary" in page
 
 
-def test_text_of_a_scenario_is_text(grex, tmp_path):
+def test_text_of_a_scenario_is_text(page):
     """Whatever a title holds, it is shown and not obeyed."""
-    title = '<img src=x onerror=alert(1)> & "quoted" \'$x_$'
-    fly("paper-d", "duration_s=60", f"title={json.dumps(title)}", out=tmp_path)
-    assert grex("report", tmp_path)[0] == 0
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "<img src=x" not in page
     assert "&lt;img src=x onerror=alert(1)&gt; &amp; &quot;quoted&quot;" in page
 

@@ -286,7 +286,21 @@ def changed(document, path, value):
         return None
 
 
-WORDS = ["go_on", "other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable", "rover", "vision"]
+WORDS = [
+    "go_on",
+    "other",
+    "hold",
+    "port",
+    "lockstep",
+    "live",
+    "tracks",
+    "auv2",
+    "short",
+    "thorp",
+    "cable",
+    "rover",
+    "vision",
+]
 
 
 def test_fingerprint_changes_with_any_value(text: str) -> None:
