@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _CONFIDENCE = 0.95
+#: Values that are all the same have an interval of rounding errors.
+_ROUNDING = 1e-12
 #: Of a series whose values follow from each other: enough batches for an interval, long enough to be independent.
 _BATCHES = 20
 
@@ -22,7 +24,8 @@ class Estimate(NamedTuple):
     def __str__(self) -> str:
         if not self.n:
             return "-"
-        return f"{self.mean:.4g} ± {self.half:.2g}" if math.isfinite(self.half) else f"{self.mean:.4g}"
+        half = 0.0 if self.half < _ROUNDING * abs(self.mean) else self.half
+        return f"{self.mean:.4g} ± {half:.2g}" if math.isfinite(self.half) else f"{self.mean:.4g}"
 
 
 def mean_of(values: Sequence[float]) -> Estimate:
