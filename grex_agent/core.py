@@ -77,6 +77,7 @@ class AgentCore:
         self._own: Own | None = None
         self._beliefs: list[MateBelief] = []
         self._places: list[PlaceBelief] = []
+        self._modem_events = 0
 
     @property
     def bad_frames(self) -> int:
@@ -91,6 +92,7 @@ class AgentCore:
 
     def on_modem(self, event: ModemEvent) -> None:
         """Take a modem event; it counts at the next step."""
+        self._modem_events += 1
         self._messenger.on_event(event)
 
     def on_truth(self, truth: Truth) -> None:
@@ -200,6 +202,7 @@ class AgentCore:
             health,
             self.bad_frames,
             self._places,
+            self._modem_events,
         )
 
     def _setpoint(self, tick: int, now_ns: int, speed_mps: float, *, hold: bool) -> Setpoint:

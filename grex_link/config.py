@@ -345,6 +345,13 @@ class CraftConfig(Config, frozen=True):
     """It is no craft but a modem at a fixed place."""
 
 
+class RecordingConfig(Config, frozen=True):
+    """What is recorded of a run."""
+
+    on_full_disk: Literal["stop", "go_on"] = "stop"
+    """``stop``: the run breaks off, saying so; ``go_on``: it goes on unrecorded, saying so. What was written opens."""
+
+
 class ScoreConfig(Config, frozen=True):
     """Weights of the formation deviation (eq. 5)."""
 
@@ -370,6 +377,7 @@ class Scenario(Config, frozen=True, kw_only=True):
     link: LinkConfig = LinkConfig()
     sea: SeaConfig = SeaConfig()
     score: ScoreConfig = ScoreConfig()
+    recording: RecordingConfig = RecordingConfig()
     craft: Annotated[dict[Name, CraftConfig], Meta(min_length=1, max_length=200)]
     """The team, in the order of the formation polygon: lines between neighbours do not cross (paper, Fig. 3)."""
 

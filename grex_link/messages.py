@@ -189,6 +189,8 @@ class AgentState(Message, frozen=True):
     """Datagrams since the start that were no team state of a mate."""
     places: list[PlaceBelief] = []
     """Its own position; of a base, that of the craft it watches. Empty while it knows none."""
+    modem_events: int = 0
+    """Modem events since the start that this step and those before it had: what a replay has to give it."""
 
 
 class AgentStates(Message, frozen=True):

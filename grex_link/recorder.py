@@ -13,7 +13,7 @@ from mcap.records import Channel, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from grex_link.errors import ConfigError
+from grex_link.errors import ConfigError, RecordingError
 from grex_link.messages import Message
 from grex_link.topics import TOPICS
 
@@ -31,10 +31,19 @@ class Recorder:
         The file to write.
     metadata : dict of str to str
         What belongs to the run as a whole: the scenario, the seed, versions.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be written; so do all methods, with a full disk.
     """
 
     def __init__(self, path: Path, metadata: dict[str, str]) -> None:
-        self._file = path.open("wb")
+        self._path = path
+        try:
+            self._file = path.open("wb")
+        except OSError as error:
+            raise RecordingError(f"cannot record {path}: {error.strerror}") from None
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.LZ4)
         self._writer.start(profile="", library="grex")
         self._writer.add_metadata("grex", metadata)
@@ -48,7 +57,8 @@ class Recorder:
         channel = self._channels.get((topic, craft))
         if channel is None:
             channel = self._channels[topic, craft] = self._register(topic, craft)
-        self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
+        with self._room():
+            self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
 
     def write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
         """Record a protobuf message at a mission time.
@@ -66,6 +76,10 @@ class Recorder:
         data : bytes
             The message.
         """
+        with self._room():
+            self._write_encoded(topic, schema, descriptors, t_ns, data)
+
+    def _write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
         channel = self._channels.get((topic, schema))
         if channel is None:
             number = self._schemas.get(schema)
@@ -76,12 +90,31 @@ class Recorder:
 
     def flush(self) -> None:
         """Put everything on disk that has been written."""
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        with self._room():
+            self._writer.flush()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
         """Write the index and close the file."""
-        self._writer.finish()  # type: ignore[no-untyped-call]
-        self._file.close()
+        with self._room():
+            try:
+                self._writer.finish()  # type: ignore[no-untyped-call]
+            finally:
+                self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is, without an index: it opens to its last whole chunk."""
+        with suppress(OSError):
+            self._file.close()
+
+    @contextmanager
+    def _room(self) -> Iterator[None]:
+        """Say in one line that the disk is full, or cannot be written for another reason."""
+        try:
+            yield
+        except OSError as error:
+            raise RecordingError(
+                f"cannot go on recording {self._path}: {error.strerror}; what was written opens"
+            ) from None
 
     def _register(self, topic: str, craft: str) -> int:
         row = TOPICS[topic]

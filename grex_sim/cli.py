@@ -17,6 +17,8 @@ from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
 from grex_sim.autopilot.__main__ import autopilot
 from grex_sim.bus_options import echo, hz, topics
+from grex_sim.campaign.command import campaign
+from grex_sim.recorded_commands import export, replay, report
 from grex_sim.view.command import view
 
 Pace = Annotated[
@@ -78,7 +80,8 @@ def run(
             options = [part for value in arguments for part in ("--set", value)]
             with Launch(config, [str(scenario), *options], folder) as launch:
                 summary = launch.wait(progress)
-    report.draw(folder, config, plan)
+    if not summary.recording_fault:
+        report.draw(folder, config, plan)
     print(to_json(summary) if as_json else as_text(summary))  # noqa: T201
 
 
@@ -282,6 +285,10 @@ LINK_STATS = "link stats"
 COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
+    "campaign": campaign,
+    "report": report,
+    "replay": replay,
+    "export": export,
     "table1": table1,
     "bench": bench,
     "study": study,

@@ -3,13 +3,15 @@
 import hashlib
 from array import array
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from grex_link import log
+from grex_link.errors import RecordingError
 from grex_link.messages import (
     AgentState,
     AgentStates,
@@ -58,10 +60,15 @@ class Logbook:
         Where the agents took themselves and others to be.
     """
 
-    def __init__(self, recorder: Recorder | None = None, scene: "FoxgloveScene | None" = None) -> None:
+    def __init__(
+        self, recorder: Recorder | None = None, scene: "FoxgloveScene | None" = None, *, stop_when_full: bool = True
+    ) -> None:
         self._recorder = recorder
         self._scene = scene
         self._written_ns = 0
+        self._stop_when_full = stop_when_full
+        #: Why nothing more is recorded; empty as long as it is.
+        self.recording_fault = ""
         self._encode = msgspec.msgpack.Encoder().encode
         self._hashes = {name: hashlib.sha256() for name in ("truth", "link", "setpoints")}
         self._positions = array("d")
@@ -151,28 +158,39 @@ class Logbook:
             self._write_all()
         if due:
             self._write_at = now_s + _WRITE_S
-            if self._recorder is not None:
-                self._recorder.flush()
+            self._record(Recorder.flush)
 
     def close(self) -> None:
         """Close the recording."""
         self._write_all()
-        if self._recorder is not None:
-            for encoded in self._scene.end(self._written_ns) if self._scene is not None else ():
-                self._recorder.write_encoded(*encoded)
-            self._recorder.close()
+        for encoded in self._scene.end(self._written_ns) if self._scene is not None else ():
+            self._record(Recorder.write_encoded, *encoded)
+        self._record(Recorder.close)
 
     def _write_all(self) -> None:
         while self._unwritten:
             self._write(*self._unwritten.popleft())
 
     def _write(self, topic: str, craft: str, message: Any) -> None:
-        if self._recorder is not None:
-            self._recorder.write(topic, craft, message.t_ns, message)
-            if self._scene is not None and topic == "truth":
-                self._written_ns = message.t_ns
-                for encoded in self._scene.at(message):
-                    self._recorder.write_encoded(*encoded)
+        self._record(Recorder.write, topic, craft, message.t_ns, message)
+        if self._scene is not None and self._recorder is not None and topic == "truth":
+            self._written_ns = message.t_ns
+            for encoded in self._scene.at(message):
+                self._record(Recorder.write_encoded, *encoded)
+
+    def _record(self, deed: Callable[..., None], *arguments: Any) -> None:
+        """Do something to the recording, if there is one; when the disk is full there is none any more."""
+        if self._recorder is None:
+            return
+        try:
+            deed(self._recorder, *arguments)
+        except RecordingError as error:
+            self._recorder.abandon()
+            self._recorder = None
+            self.recording_fault = str(error)
+            if self._stop_when_full:
+                raise
+            log.warn(self.recording_fault)
 
     def _note_health(self, craft: str, state: AgentState) -> None:
         if state.bad_frames:

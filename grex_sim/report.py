@@ -1,7 +1,6 @@
-"""Pictures of plans and runs; the only user of matplotlib, which is imported when there is something to draw.
+"""Pictures of plans and runs.
 
-Pictures of tracks have north up and east to the right. Colours are Okabe and Ito's, which the colour-blind can tell
-apart; where they run out, lines are broken in other ways, and craft are numbered in the order of the team.
+Pictures of tracks have north up and east to the right; craft are numbered in the order of the team.
 """
 
 import math
@@ -17,21 +16,21 @@ from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.mission import CraftPlan, TeamPlan
 from grex_agent.path import Track
 from grex_link.config import Scenario
-from grex_link.errors import ConfigError
+from grex_sim.canvas import colour as _colour
+from grex_sim.canvas import dash as _dash
+from grex_sim.canvas import new_figure as _figure
+from grex_sim.canvas import save as _save
+from grex_sim.canvas import thin
 from grex_sim.plan_text import plan_text
-from grex_sim.score import Series
+from grex_sim.score import Score, Series
 from grex_sim.summary import SERIES_FILE
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from grex_sim.canvas import Axes, Figure
 
-__all__ = ["draw", "draw_plan", "plan_text", "relative_positions"]
+__all__ = ["draw", "draw_plan", "plan_text", "relative_positions", "run_figure"]
 
 PICTURE_FILE = "run.png"
-_DOTS_PER_INCH = 110
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-_DASHES = ("-", "--", ":", "-.", (0, (8, 2, 1, 2, 1, 2)))
 #: The parts of fd(k): column of series.csv, name, unit, shade.
 _PARTS = (
     ("fd_distance", "distance", "m", "#d0d7de"),
@@ -80,6 +79,29 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
     run = _read(folder / SERIES_FILE, scenario.formation)
     if run is None:
         return None
+    return _save(_draw_run(scenario, plan, run), folder / PICTURE_FILE)
+
+
+def run_figure(scenario: Scenario, plan: TeamPlan, t_s: Series, result: Score, positions: Series) -> "Figure":
+    """Draw the same of a run that is in memory.
+
+    Parameters
+    ----------
+    scenario, plan
+        What was asked for, and planned.
+    t_s : ndarray, shape (l,)
+        Mission time of the ticks.
+    result : Score
+        fd(k) and its parts.
+    positions : ndarray, shape (l, craft, 2)
+        True north and east, metres.
+    """
+    columns = {"t_s": t_s, "fd": result.fd_series}
+    columns |= {"fd_distance": result.distance, "fd_angle": result.angle, "fd_xte": result.xte}
+    return _draw_run(scenario, plan, _Run(columns, positions))
+
+
+def _draw_run(scenario: Scenario, plan: TeamPlan, run: _Run) -> "Figure":
     figure = _figure(14.0, 10.5)
     axes: dict[str, Axes] = figure.subplot_mosaic(**_arrangement(plan))
     _draw_tracks(axes["tracks"], run, plan)
@@ -88,7 +110,7 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
         _draw_relative(axes["relative"], run, plan)
     subtitle = f"estimator {scenario.team.estimator}, {len(scenario.craft)} craft, {run.columns['t_s'][-1]:.0f} s"
     _finish(figure, scenario, subtitle)
-    return _save(figure, folder / PICTURE_FILE)
+    return figure
 
 
 def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
@@ -341,26 +363,9 @@ def _extent(plan: TeamPlan) -> tuple[float, float]:
 # -- figures ------------------------------------------------------------------------------------------------------
 
 
-def _colour(place: int) -> str:
-    return _COLOURS[place % len(_COLOURS)]
-
-
-def _dash(place: int) -> Any:
-    return _DASHES[place // len(_COLOURS) % len(_DASHES)]
-
-
 def _thin(series: Series) -> Series:
     """Leave out steps that no picture could show."""
-    return series[:: math.ceil(len(series) / _SAMPLES_MAX)]
-
-
-def _figure(width_inch: float, height_inch: float) -> "Figure":
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure((width_inch, height_inch), dpi=_DOTS_PER_INCH, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return thin(series, _SAMPLES_MAX)
 
 
 def _finish(figure: "Figure", scenario: Scenario, subtitle: str) -> None:
@@ -375,11 +380,3 @@ def _finish(figure: "Figure", scenario: Scenario, subtitle: str) -> None:
                 labels.append(label)
     columns = max(1, min(len(labels), 150 // (6 + max(map(len, labels)))))
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
-
-
-def _save(figure: "Figure", path: Path) -> Path:
-    try:
-        figure.savefig(path, format=path.suffix[1:] or "png")
-    except (OSError, ValueError) as error:
-        raise ConfigError("--out", f"cannot write the picture {path}: {error}") from None
-    return path

@@ -12,6 +12,7 @@ from grex_agent.closest import closest_approach
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
 from grex_link.energy import sound_energy_j
+from grex_link.errors import RecordingError
 from grex_link.ledger import EDGES_S, faults
 from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
@@ -99,6 +100,8 @@ class Summary(msgspec.Struct, kw_only=True):
     ports: dict[str, PortLedger]
     """For each craft, the books of its modem port."""
     digest: str
+    recording_fault: str = ""
+    """Why nothing more was recorded from some time on; empty if all was."""
     out: str | None = None
     """Folder of the run's files."""
 
@@ -152,6 +155,7 @@ def summarise(
         navigation=logbook.places.errors(positions, list(scenario.craft)),
         **_ledgers(scenario, logbook, complete=not fault),
         digest=logbook.digest,
+        recording_fault=logbook.recording_fault,
     )
     return summary, result
 
@@ -191,7 +195,20 @@ def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[st
 
 
 def write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
-    """Write summary and per-step series into a run's folder."""
+    """Write summary and per-step series into a run's folder.
+
+    Raises
+    ------
+    RecordingError
+        If the disk is full.
+    """
+    try:
+        _write_files(out, scenario, logbook, summary, result)
+    except OSError as error:
+        raise RecordingError(f"cannot write summary and series into {out}: {error.strerror}") from None
+
+
+def _write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
     summary.out = str(out)
     (out / SUMMARY_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(summary), indent=2) + b"\n")
     positions = logbook.positions[1:]
@@ -289,7 +306,7 @@ def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:
 
 
 def _warnings(summary: Summary) -> list[str]:
-    lines = []
+    lines = [f"WARNING: {summary.recording_fault}"] if summary.recording_fault else []
     if summary.late_ticks or summary.late_setpoints:
         lines.append(
             f"WARNING: the pace was not held: {summary.late_ticks} of {summary.ticks} ticks and "

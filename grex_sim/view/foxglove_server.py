@@ -14,10 +14,10 @@ from grex_link.config import Scenario
 from grex_link.errors import BusError, ConfigError
 from grex_link.messages import Truth
 from grex_link.recorder import read_scenario, stream_messages
+from grex_link.recording import RECORDING_FILE
 from grex_link.scenario import decode
 from grex_link.units import NS
 from grex_sim.foxglove_scene import Encoded, FoxgloveScene
-from grex_sim.run import RECORDING_FILE
 from grex_sim.view.live import Live
 
 _LOOK_S = 0.05

@@ -10,9 +10,9 @@ from grex_agent.mission import plan_mission
 from grex_link.errors import ConfigError, GrexError
 from grex_link.messages import AgentState, Fix, LinkEvent, LinkLedger, PortLedger, Truth
 from grex_link.recorder import Recorded, read_scenario, stream_messages
+from grex_link.recording import RECORDING_FILE
 from grex_link.scenario import decode
 from grex_link.units import NS
-from grex_sim.run import RECORDING_FILE
 from grex_sim.view.picture import Frame, Picture
 
 _FRAMES_MAX = 3600

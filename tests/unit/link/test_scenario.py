@@ -287,7 +287,7 @@ def changed(document, path, value):
 
 
 WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable", "rover", "vision",
-         "one_way"]  # fmt: skip
+         "one_way", "go_on"]  # fmt: skip
 
 
 def test_fingerprint_changes_with_any_value(text: str) -> None:
