@@ -5,6 +5,7 @@ from collections.abc import Callable
 from grex_agent.frontseat.address import check_frontseats
 from grex_agent.mission import TeamPlan, range_min_m
 from grex_agent.modem.micromodem_rates import check_serial_modems
+from grex_agent.tasks.check import check_task_plan
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError, WireError
 from grex_link.link_config import WaterConfig
@@ -34,6 +35,7 @@ def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile
     _check_reach(scenario, plan, profile)
     check_serial_modems(scenario)
     check_frontseats(scenario)
+    check_task_plan(scenario, plan, profile)
     _check_water(scenario, profile)
 
 

@@ -7,7 +7,7 @@ craft equally long.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 from grex_agent.path import Arc, Line, Track
@@ -51,13 +51,40 @@ class CraftPlan:
         track = min(max(int(progress), 0), len(self.tracks) - 1)
         return self.tracks[track].point(progress - track)
 
+    def depth(self, progress: float) -> float:
+        """Planned depth at a progress, metres."""
+        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)].depth_m
+
 
 @dataclass(frozen=True, slots=True)
 class TeamPlan:
-    """The plan of all craft, in the order of the team, and how long it takes."""
+    """The plan of the team.
+
+    Attributes
+    ----------
+    craft : dict of str to CraftPlan
+        The *members* of the formation, in the order of the team: who waits for whom, and who is scored.
+    duration_s : float
+        How long their mission takes.
+    standby : dict of str to CraftPlan
+        Those who stand by: a metre of track at their place, which they do not follow.
+    places : tuple of (float, float, float)
+        Where events call somebody to, NED, metres.
+    order : tuple of str
+        Everybody, in the order of the team; empty for that of `craft`.
+    """
 
     craft: dict[str, CraftPlan]
     duration_s: float
+    standby: dict[str, CraftPlan] = field(default_factory=dict)
+    places: tuple[tuple[float, float, float], ...] = ()
+    order: tuple[str, ...] = ()
+
+    @property
+    def everybody(self) -> dict[str, CraftPlan]:
+        """Plans of members and of those who stand by, in the order of the team."""
+        plans = self.craft | self.standby
+        return {craft: plans[craft] for craft in self.order or plans}
 
 
 def plan_mission(scenario: Scenario) -> TeamPlan:
@@ -70,10 +97,10 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
     """
     mission = scenario.mission
     if isinstance(mission, Lawnmower):
-        plans = {craft: _lawnmower(mission, mission.formation_m[craft]) for craft in scenario.craft}
+        plans = {craft: _lawnmower(mission, mission.formation_m[craft]) for craft in _members(scenario)}
         table = "formation_m"
     else:
-        plans = {craft: _track_list(mission, craft, mission.craft[craft]) for craft in scenario.craft}
+        plans = {craft: _track_list(mission, craft, mission.craft[craft]) for craft in _members(scenario)}
         table = "craft"
     if any(len(plan.tracks) > TRACKS_MAX for plan in plans.values()):
         raise ConfigError("$.mission.legs", f"more than {TRACKS_MAX} tracks, which is all a message can number")
@@ -81,22 +108,58 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
     for craft, plan in plans.items():
         _check_speeds(scenario, craft, plan, f"$.mission.{table}.{craft}")
     first = next(iter(plans.values()))
-    return TeamPlan(plans, sum(track.length_m / track.speed_mps for track in first.tracks))
+    duration_s = sum(track.length_m / track.speed_mps for track in first.tracks)
+    standby = {
+        craft: _standby(scenario.standby[craft].at_ned_m, scenario.team.speed_min_mps)
+        for craft in scenario.craft
+        if craft in scenario.standby
+    }
+    places = tuple(event.at_ned_m for event in scenario.events)
+    return TeamPlan(plans, duration_s, standby, places, tuple(scenario.craft))
+
+
+def _members(scenario: Scenario) -> list[str]:
+    return [craft for craft in scenario.craft if craft not in scenario.standby]
+
+
+def _standby(at_ned_m: tuple[float, float, float], speed_mps: float) -> CraftPlan:
+    north, east, depth = at_ned_m
+    return CraftPlan((Line((north, east), (north + 1.0, east), speed_mps or 1.0, depth),), depth, hold_at_end=True)
 
 
 def range_max_m(plan: TeamPlan) -> float:
     """Greatest distance between any two craft at equal times of the planned mission, metres, in three dimensions.
 
     All craft run their tracks in step. Between lines the distance is greatest at an end of both; on arcs it is looked
-    up every few degrees. At the beginning of a track a craft may still be at the depth of the one before.
+    up every few degrees. At the beginning of a track a craft may still be at the depth of the one before. Places of
+    events count as if somebody were there.
     """
-    return max((math.dist(*pair) for team in _moments(plan) for pair in combinations(team, 2)), default=0.0)
+    still = [*_standing(plan), *plan.places]
+    return max(
+        (math.dist(*pair) for team in _moments(plan) for pair in combinations([*team, *still], 2)), default=0.0
+    )
 
 
 def range_min_m(plan: TeamPlan) -> float:
     """Least distance between any two craft at equal times of the planned mission, metres, to a few per cent."""
     moments = _moments(plan, least=_LINE_STEPS)
-    return min((math.dist(*pair) for team in moments for pair in combinations(team, 2)), default=0.0)
+    still = _standing(plan)
+    return min((math.dist(*pair) for team in moments for pair in combinations([*team, *still], 2)), default=0.0)
+
+
+def pair_range_max_m(plan: TeamPlan, first: str, second: str) -> float:
+    """Greatest distance between two craft at equal times of the planned mission, metres, in three dimensions."""
+    members = list(plan.craft)
+    standing = {craft: place for craft, place in zip(plan.standby, _standing(plan), strict=True)}
+
+    def place(craft: str, team: list[tuple[float, float, float]]) -> tuple[float, float, float]:
+        return standing[craft] if craft in standing else team[members.index(craft)]
+
+    return max(math.dist(place(first, team), place(second, team)) for team in _moments(plan, least=_LINE_STEPS))
+
+
+def _standing(plan: TeamPlan) -> list[tuple[float, float, float]]:
+    return [(*craft.start[:2], craft.start_depth_m) for craft in plan.standby.values()]
 
 
 def _moments(plan: TeamPlan, least: int = 1) -> Iterator[list[tuple[float, float, float]]]:

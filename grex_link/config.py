@@ -10,6 +10,7 @@ from msgspec import Meta
 
 from grex_link.config_base import Config, Finite, ImportPath, Name, NonNegative, Positive, Probability
 from grex_link.link_config import LinkConfig
+from grex_link.tasks import EventConfig, StandbyConfig, TaskingConfig, TaskList
 
 
 class ClockConfig(Config, frozen=True):
@@ -328,6 +329,8 @@ class CraftConfig(Config, frozen=True):
     self_noise: SelfNoiseConfig | None = None
     vehicle: VehicleConfig = VehicleConfig()
     navigation: NavigationConfig = NavigationConfig()
+    tasks: TaskList = ()
+    """What it does from the start on, one after another; then what it is for."""
 
 
 class ScoreConfig(Config, frozen=True):
@@ -355,6 +358,10 @@ class Scenario(Config, frozen=True, kw_only=True):
     link: LinkConfig = LinkConfig()
     sea: SeaConfig = SeaConfig()
     score: ScoreConfig = ScoreConfig()
+    standby: dict[Name, StandbyConfig] = {}
+    """Craft without a part in the mission; see `grex_link.tasks`."""
+    events: Annotated[tuple[EventConfig, ...], Meta(max_length=100)] = ()
+    tasking: TaskingConfig = TaskingConfig()
     craft: Annotated[dict[Name, CraftConfig], Meta(min_length=1, max_length=200)]
     """The team, in the order of the formation polygon: lines between neighbours do not cross (paper, Fig. 3)."""
 

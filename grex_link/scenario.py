@@ -12,6 +12,7 @@ import msgspec
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_link.link_check import check_link
+from grex_link.task_check import check_tasks
 from grex_link.topics import is_reserved
 
 _UNKNOWN = re.compile(r"Object contains unknown field `(.+?)`", re.DOTALL)
@@ -157,21 +158,8 @@ def _check_names(scenario: Scenario) -> None:
                 f"$.craft.{craft}", "this name is taken by another participant on the bus; choose another"
             )
     check_link(scenario)
-    _check_mission_names(scenario)
+    check_tasks(scenario)
     _check_limits(scenario)
-
-
-def _check_mission_names(scenario: Scenario) -> None:
-    mission = scenario.mission
-    table = "craft" if hasattr(mission, "craft") else "formation_m"
-    planned = getattr(mission, table)
-    for craft in planned:
-        if craft not in scenario.craft:
-            known = ", ".join(scenario.craft)
-            raise ConfigError(f"$.mission.{table}.{craft}", f"unknown craft; there are {known}")
-    for craft in scenario.craft:
-        if craft not in planned:
-            raise ConfigError(f"$.mission.{table}.{craft}", "is missing: every craft needs its part in the mission")
 
 
 def _check_limits(scenario: Scenario) -> None:

@@ -18,9 +18,11 @@ from grex_link.messages import (
     Message,
     PortLedger,
     Setpoint,
+    TaskNews,
     Truth,
 )
 from grex_link.recorder import Recorder
+from grex_sim.cables import Cable, CableWatch
 
 #: Messages that are written in one go when there is time, and that may wait for it.
 _SOME = 4
@@ -35,6 +37,8 @@ class Logbook:
     ----------
     recorder : Recorder or None
         Where messages are recorded; None records nothing.
+    watch : CableWatch or None
+        Measures the cables, if there are any.
 
     Attributes
     ----------
@@ -46,12 +50,15 @@ class Logbook:
         The newest ledger of the water.
     ports : dict of str to PortLedger
         The newest ledger of each craft's modem port.
+    task_news : list of (str, TaskNews)
+        Who said what of which task.
     late_ticks, late_setpoints : int
         Live paces: what did not keep up.
     """
 
-    def __init__(self, recorder: Recorder | None = None) -> None:
+    def __init__(self, recorder: Recorder | None = None, watch: CableWatch | None = None) -> None:
         self._recorder = recorder
+        self._watch = watch
         self._encode = msgspec.msgpack.Encoder().encode
         self._hashes = {name: hashlib.sha256() for name in ("truth", "link", "setpoints")}
         self._positions = array("d")
@@ -62,6 +69,7 @@ class Logbook:
         self.delivered = self.overheard = self.lost = 0
         self.ledger: LinkLedger | None = None
         self.ports: dict[str, PortLedger] = {}
+        self.task_news: list[tuple[str, TaskNews]] = []
         self.late_ticks = self.late_setpoints = 0
         self.bad_frames: dict[str, int] = {}
         self.adrift_steps: dict[str, int] = {}
@@ -70,6 +78,8 @@ class Logbook:
     def truth(self, truth: Truth) -> None:
         """Take down the true poses of a tick."""
         self._craft = len(truth.poses)
+        if self._watch is not None:
+            self._watch.see(truth)
         for pose in truth.poses:
             self._positions.append(pose.north_m)
             self._positions.append(pose.east_m)
@@ -122,6 +132,8 @@ class Logbook:
                 self.ledger = message
             elif isinstance(message, PortLedger):
                 self.ports[craft] = message
+            elif isinstance(message, TaskNews):
+                self.task_news.append((craft, message))
 
     def write_some(self) -> bool:
         """Write a few of the messages that have piled up; False if there are none."""
@@ -160,6 +172,11 @@ class Logbook:
         for word in state.health:
             words = self.unhealthy_steps.setdefault(craft, {})
             words[word] = words.get(word, 0) + 1
+
+    @property
+    def cables(self) -> list[Cable]:
+        """Every cable as measured so far."""
+        return [] if self._watch is None else self._watch.cables
 
     @property
     def positions(self) -> NDArray[np.float64]:

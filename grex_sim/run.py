@@ -15,6 +15,7 @@ from grex_link.emulator import Emulator
 from grex_link.errors import ConfigError, FaultError
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
+from grex_sim.cables import CableWatch
 from grex_sim.hub import Hub, Progress
 from grex_sim.live import LiveHub
 from grex_sim.lockstep import LockstepHub
@@ -96,7 +97,7 @@ def _simulate(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         recorder = Recorder(out / RECORDING_FILE, {"scenario": msgspec.json.encode(scenario).decode()})
-    logbook = Logbook(recorder)
+    logbook = Logbook(recorder, CableWatch(scenario))
     build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
     fault = "interrupted"
