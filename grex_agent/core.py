@@ -217,9 +217,7 @@ class AgentCore:
         if task is not None:
             mode: Literal["hold", "steer"] = "hold" if hold or not task.speed_mps else "steer"
             speed_mps = 0.0 if mode == "hold" else task.speed_mps
-            return Setpoint(
-                tick, now_ns, mode, task.course_rad, speed_mps, task.depth_m, self._messenger.transmissions
-            )
+            return Setpoint(tick, now_ns, mode, task.course_rad, speed_mps, task.depth_m, self._messenger.transmissions)
         processor = self._processor
         track = processor.track
         course = self._guidance.course(track, processor.place)

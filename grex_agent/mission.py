@@ -135,9 +135,7 @@ def range_max_m(plan: TeamPlan) -> float:
     events count as if somebody were there.
     """
     still = [*_standing(plan), *plan.places]
-    return max(
-        (math.dist(*pair) for team in _moments(plan) for pair in combinations([*team, *still], 2)), default=0.0
-    )
+    return max((math.dist(*pair) for team in _moments(plan) for pair in combinations([*team, *still], 2)), default=0.0)
 
 
 def range_min_m(plan: TeamPlan) -> float:

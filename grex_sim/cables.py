@@ -43,8 +43,6 @@ class CableWatch:
         """Take the true poses of a step."""
         for cable, (first, second) in zip(self.cables, self._ends, strict=True):
             one, other = truth.poses[first], truth.poses[second]
-            apart_m = math.hypot(
-                one.north_m - other.north_m, one.east_m - other.east_m, one.down_m - other.down_m
-            )
+            apart_m = math.hypot(one.north_m - other.north_m, one.east_m - other.east_m, one.down_m - other.down_m)
             cable.longest_m = max(cable.longest_m, apart_m)
             cable.over_steps += apart_m > cable.length_m

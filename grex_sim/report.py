@@ -49,10 +49,14 @@ _Taken = dict[tuple[int, int], list[tuple[float, float]]]
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """What a run's series.csv holds: t_s and fd's columns by name, and positions of shape (l, craft, 2)."""
+    """What a run's series.csv holds: t_s and fd's columns by name, and positions of shape (l, craft, 2).
+
+    `members` has the positions of the formation alone.
+    """
 
     columns: dict[str, Series]
     positions: Series
+    members: Series
 
 
 def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
@@ -77,12 +81,13 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
     ConfigError
         If the picture cannot be written.
     """
-    run = _read(folder / SERIES_FILE, list(scenario.craft))
+    run = _read(folder / SERIES_FILE, list(scenario.craft), list(plan.craft))
     if run is None:
         return None
     figure = _figure(14.0, 10.5)
     axes: dict[str, Axes] = figure.subplot_mosaic(**_arrangement(plan))
     _draw_tracks(axes["tracks"], run, plan)
+    _mark_events(axes["tracks"], scenario)
     _draw_deviation(axes["fd"], run)
     if "relative" in axes:
         _draw_relative(axes["relative"], run, plan)
@@ -114,10 +119,11 @@ def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
     _set_up_map(axes)
     axes.set_title("Planned tracks, with their numbers")
     _fill_formation(axes, np.array([craft.point(0.0) for craft in plan.craft.values()]), "formation at the start")
-    for place, craft in enumerate(plan.craft.values()):
+    for place, craft in _members(plan):
         axes.plot(*_path(craft).T[::-1], color=_colour(place), linestyle=_dash(place), linewidth=1.6)
     _mark_ends(axes, plan)
     _mark_tracks(axes, plan, 0.035 * math.hypot(north, east))
+    _mark_events(axes, scenario)
     _name_craft(axes, plan)
     _finish(figure, scenario, f"{len(scenario.craft)} craft, {plan.duration_s:.0f} s")
     _save(figure, path)
@@ -169,7 +175,12 @@ def _seen_from_first(positions: Series, headings: Series) -> Series:
     return np.stack([ahead, starboard], axis=-1)
 
 
-def _read(path: Path, team: Sequence[str]) -> _Run | None:
+def _members(plan: TeamPlan) -> Iterator[tuple[int, CraftPlan]]:
+    """Yield place in the team and plan of those who are in the formation."""
+    return ((place, each) for place, (craft, each) in enumerate(plan.everybody.items()) if craft in plan.craft)
+
+
+def _read(path: Path, team: Sequence[str], members: Sequence[str]) -> _Run | None:
     """Read a series; None if there is none, or one without steps."""
     if not path.is_file():
         return None
@@ -179,7 +190,8 @@ def _read(path: Path, team: Sequence[str]) -> _Run | None:
     table = np.loadtxt(rows, delimiter=",", ndmin=2)
     columns = dict(zip(names.split(","), table.T, strict=True))
     places = [[columns[f"{craft}_{axis}_m"] for axis in ("north", "east")] for craft in team]
-    return _Run(columns, np.array(places).transpose(2, 0, 1))
+    positions = np.array(places).transpose(2, 0, 1)
+    return _Run(columns, positions, positions[:, [team.index(craft) for craft in members]])
 
 
 # -- the three panels of a run ------------------------------------------------------------------------------------
@@ -200,14 +212,14 @@ def _arrangement(plan: TeamPlan) -> dict[str, Any]:
 def _draw_tracks(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
     _set_up_map(axes)
     axes.set_title("Tracks")
-    for place, craft in enumerate(plan.craft.values()):
-        label = "" if place else "planned track"
+    for number, craft in enumerate(plan.craft.values()):
+        label = "" if number else "planned track"
         axes.plot(*_path(craft).T[::-1], color="0.82", linewidth=2.5, label=label)
     steps = np.unique(np.linspace(0, len(run.positions) - 1, _FORMATIONS).astype(int))
     for step in steps:
-        _fill_formation(axes, run.positions[step], "" if step else "formation")
+        _fill_formation(axes, run.members[step], "" if step else "formation")
     thin = _thin(run.positions)
-    for place in range(len(plan.craft)):
+    for place in range(len(plan.everybody)):
         axes.plot(thin[:, place, 1], thin[:, place, 0], color=_colour(place), linestyle=_dash(place), linewidth=1.2)
     _mark_ends(axes, plan)
     _name_craft(axes, plan)
@@ -231,7 +243,7 @@ def _draw_deviation(axes: "Axes", run: _Run) -> None:
 
 
 def _draw_relative(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
-    desired, real = relative_positions(run.positions, plan)
+    desired, real = relative_positions(run.members, plan)
     errors = np.hypot(*(real - desired).transpose(2, 0, 1))
     _set_up_map(axes, "starboard (m)", "ahead (m)")
     axes.set_title(
@@ -264,7 +276,7 @@ def _fill_formation(axes: "Axes", places: Series, label: str) -> None:
 
 
 def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:
-    starts = np.array([craft.point(0.0) for craft in plan.craft.values()])
+    starts = np.array([craft.point(0.0) for craft in plan.everybody.values()])
     axes.scatter(
         starts[:, 1],
         starts[:, 0],
@@ -276,15 +288,29 @@ def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:
     )
 
 
+def _mark_events(axes: "Axes", scenario: Scenario) -> None:
+    """Mark where events are, and the survey that is to be done there."""
+    for number, event in enumerate(scenario.events):
+        north, east, _ = event.at_ned_m
+        around = np.linspace(0.0, 2.0 * math.pi, 61 if event.shape == "circle" else 5) + math.pi / 4.0
+        reach = event.radius_m * (1.0 if event.shape == "circle" else math.sqrt(2.0))
+        label = "" if number else "event, and the survey of it"
+        axes.plot(east, north, "*", color="#D55E00", markeredgecolor="black", markersize=15, zorder=6, label=label)
+        axes.plot(east + reach * np.sin(around), north + reach * np.cos(around), color="black", linewidth=0.8, zorder=5)
+        axes.annotate(
+            f"{event.at_s:g} s", (east, north), (9, 6), textcoords="offset points", fontsize="small", zorder=6
+        )
+
+
 def _mark_tracks(axes: "Axes", plan: TeamPlan, apart_m: float) -> None:
     """Put numbers and arrows on the tracks, as many as find room."""
     taken: _Taken = {}
-    for place, craft in enumerate(plan.craft.values()):
+    for place, craft in _members(plan):
         for number, track in enumerate(craft.tracks):
             north, east = track.point(0.5)
             if _find_room(taken, north / apart_m, east / apart_m):
                 _put_number(axes, number, north, east, _colour(place))
-    for place, craft in enumerate(plan.craft.values()):
+    for place, craft in _members(plan):
         for track in craft.tracks:
             if _find_room(taken, *(metres / apart_m for metres in track.point(0.25))):
                 _put_arrow(axes, track, _colour(place))
@@ -313,9 +339,9 @@ def _put_arrow(axes: "Axes", track: Track, colour: str) -> None:
 
 def _name_craft(axes: "Axes", plan: TeamPlan) -> None:
     """Enter the craft into the legend, with their numbers."""
-    names = list(plan.craft)
+    names = list(plan.everybody)
     for place, craft in enumerate(names[:_LEGEND_MAX]):
-        label = f"{place + 1}: {craft}"
+        label = f"{place + 1}: {craft}" + (" (stands by)" if craft in plan.standby else "")
         axes.plot([], [], color=_colour(place), linestyle=_dash(place), linewidth=1.8, label=label)
     if len(names) > _LEGEND_MAX:
         axes.plot([], [], " ", label=f"and {len(names) - _LEGEND_MAX} more")
@@ -333,7 +359,7 @@ def _points(track: Track) -> Iterator[tuple[float, float]]:
 
 def _extent(plan: TeamPlan) -> tuple[float, float]:
     """Size of all planned tracks to the north and to the east, metres, never 0."""
-    points = np.concatenate([_path(craft) for craft in plan.craft.values()])
+    points = np.concatenate([_path(craft) for craft in plan.everybody.values()])
     north, east = np.maximum(points.max(axis=0) - points.min(axis=0), 1.0).tolist()
     return north, east
 

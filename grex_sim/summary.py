@@ -257,7 +257,11 @@ def _about_tasks(tasks: Sequence[TaskLine]) -> list[str]:
     for (who, order), lines in orders.items():
         steps = [f"{line.status} at {line.t_s:.0f} s{f' ({line.detail})' if line.detail else ''}" for line in lines]
         first = lines[0]
-        by = f"{who} does {first.task}" if first.craft == who else f"{who} sends {first.craft or 'nobody'} to {first.task}"
+        by = (
+            f"{who} does {first.task}"
+            if first.craft == who
+            else f"{who} sends {first.craft or 'nobody'} to {first.task}"
+        )
         told.append(f"task {order}: {by}: {', '.join(steps)}")
     return told
 

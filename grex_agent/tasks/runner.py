@@ -255,7 +255,9 @@ def _after(task: Task) -> Task | None:
         case GoTo():
             return Hold()
         case Inspect():
-            return {"return": Return(task.speed_mps), "surface": Surface(0.0, task.speed_mps), "hold": Hold()}[task.then]
+            return {"return": Return(task.speed_mps), "surface": Surface(0.0, task.speed_mps), "hold": Hold()}[
+                task.then
+            ]
         case Hold():
             return Return()
         case Surface():
