@@ -148,7 +148,7 @@ def range_min_m(plan: TeamPlan) -> float:
 def pair_range_max_m(plan: TeamPlan, first: str, second: str) -> float:
     """Greatest distance between two craft at equal times of the planned mission, metres, in three dimensions."""
     members = list(plan.craft)
-    standing = {craft: place for craft, place in zip(plan.standby, _standing(plan), strict=True)}
+    standing = dict(zip(plan.standby, _standing(plan), strict=True))
 
     def place(craft: str, team: list[tuple[float, float, float]]) -> tuple[float, float, float]:
         return standing[craft] if craft in standing else team[members.index(craft)]

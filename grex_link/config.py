@@ -6,7 +6,7 @@ computed. Every fault is a `ConfigError` of one line that names the path.
 
 from typing import Annotated, Literal
 
-from msgspec import Meta
+from msgspec import Meta, field
 
 from grex_link.config_base import Config, Finite, ImportPath, Name, NonNegative, Positive, Probability
 from grex_link.link_config import LinkConfig
@@ -358,7 +358,7 @@ class Scenario(Config, frozen=True, kw_only=True):
     link: LinkConfig = LinkConfig()
     sea: SeaConfig = SeaConfig()
     score: ScoreConfig = ScoreConfig()
-    standby: dict[Name, StandbyConfig] = {}
+    standby: dict[Name, StandbyConfig] = field(default_factory=dict)
     """Craft without a part in the mission; see `grex_link.tasks`."""
     events: Annotated[tuple[EventConfig, ...], Meta(max_length=100)] = ()
     tasking: TaskingConfig = TaskingConfig()

@@ -32,7 +32,7 @@ reason     4      place in `REASONS`
 
 import hashlib
 import math
-from typing import Literal, NamedTuple, cast
+from typing import Literal, NamedTuple
 
 from grex_link.errors import WireError
 from grex_link.tasks import Follow, GoTo, Hold, Inspect, Return, Surface, Task
@@ -179,18 +179,18 @@ def _task(
         return Inspect(at, for_s, radius_m, shape, speed_mps, _THEN[then])
     if KINDS[kind] is Follow and track > 255:
         raise WireError(f"this is not an order: there is no track {track}")
-    made = {
-        GoTo: lambda: GoTo(at, speed_mps),
-        Follow: lambda: Follow(track, speed_mps),
-        Hold: lambda: Hold(for_s),
-        Surface: lambda: Surface(for_s, speed_mps),
-        Return: lambda: Return(speed_mps),
+    made: dict[type[Task], Task] = {
+        GoTo: GoTo(at, speed_mps),
+        Follow: Follow(track, speed_mps),
+        Hold: Hold(for_s),
+        Surface: Surface(for_s, speed_mps),
+        Return: Return(speed_mps),
     }
-    return cast("Task", made[KINDS[kind]]())
+    return made[KINDS[kind]]
 
 
 def _duration(for_s: float) -> int:
-    """Steps of a duration: what lasts at all is never rounded to nothing, which would be for ever."""
+    """Count the steps of a duration: what lasts at all is never rounded to nothing, which would be for ever."""
     steps = _steps("duration", for_s, TIME_STEP_S, 0, 1023)
     return max(steps, 1) if for_s > 0.0 else steps
 

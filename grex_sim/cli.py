@@ -15,6 +15,7 @@ from grex_agent.modem.__main__ import modem
 from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
+from grex_sim.task_cli import task
 from grex_sim.autopilot.__main__ import autopilot
 
 Pace = Annotated[
@@ -264,6 +265,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     # A name of two words, as which `_join` passes `grex link stats`: `grex link` itself takes a scenario.
     LINK_STATS: link_stats,
     "sim": sim,
+    "task": task,
 }
 
 

@@ -290,7 +290,7 @@ def _warnings(summary: Summary) -> list[str]:
         for craft, steps in summary.adrift_steps.items()
     ]
     lines += [
-        f"WARNING: {' and '.join(cable.between)} were farther apart than their cable is long in {cable.over_steps} steps"
+        f"WARNING: {' and '.join(cable.between)} were farther apart than their cable in {cable.over_steps} steps"
         for cable in summary.cables
         if cable.over_steps
     ]

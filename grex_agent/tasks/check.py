@@ -56,7 +56,7 @@ def _check_modem(scenario: Scenario, profile: ModemProfile) -> None:
     if most < ORDER_BYTES:
         raise ConfigError(
             "$.link.profile",
-            f"{scenario.link.profile} carries {most} bytes at most, and the order to look at an event has {ORDER_BYTES}",
+            f"{scenario.link.profile} carries {most} bytes at most, and an order to inspect an event has {ORDER_BYTES}",
         )
 
 

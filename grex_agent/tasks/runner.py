@@ -96,21 +96,18 @@ class TaskRunner:
 
     def refusal(self, task: Task, *, lost: bool) -> str:
         """Say why a task cannot be done, one of `task_wire.REASONS`; else ''."""
-        speed, (least, most) = getattr(task, "speed_mps", None), self._speeds
-        place = getattr(task, "at_ned_m", None)
-        if lost:
-            return "no_fix"
-        if self._tied and isinstance(task, GoTo | Inspect | Surface):
-            return "cable"
-        if speed is not None and not least <= speed <= most:
-            return "speed"
-        if isinstance(task, Inspect) and speed and task.shape == "circle" and task.radius_m * self._turn_rate < speed:
-            return "radius"
-        if place is not None and (place[2] < 0.0 or not (self._dives or place[2] <= DEPTH_M)):
-            return "depth"
-        if isinstance(task, Follow) and (not self._member or task.track >= len(self._plan.tracks)):
-            return "tracks"
-        return ""
+        speed, (least, most) = getattr(task, "speed_mps", self._speeds[0]), self._speeds
+        depth = getattr(task, "at_ned_m", (0.0, 0.0, 0.0))[2]
+        round_it = isinstance(task, Inspect) and task.shape == "circle"
+        reasons = {
+            "no_fix": lost,
+            "cable": self._tied and isinstance(task, GoTo | Inspect | Surface),
+            "speed": not least <= speed <= most,
+            "radius": round_it and getattr(task, "radius_m", 0.0) * self._turn_rate < speed,
+            "depth": depth < 0.0 or not (self._dives or depth <= DEPTH_M),
+            "tracks": isinstance(task, Follow) and (not self._member or task.track >= len(self._plan.tracks)),
+        }
+        return next((reason for reason, holds in reasons.items() if holds), "")
 
     def order(self, tasks: Sequence[Task], name: str) -> None:
         """Do these tasks from the next step on, instead of whatever is being done."""
@@ -197,28 +194,30 @@ class TaskRunner:
         self._over, self.name = False, ""
 
     def _parts_of(self, task: Task, fix: Fix) -> list[Part]:
-        pilot = self._pilot
+        pilot, parts = self._pilot, []
         match task:
             case GoTo():
-                return self._going(task)
+                parts = self._going(task)
             case Follow():
                 track = self._plan.tracks[task.track]
-                return [*self._going(GoTo((*track.point(0.0), track.depth_m), task.speed_mps)), self._taking_up(task)]
+                parts = self._going(GoTo((*track.point(0.0), track.depth_m), task.speed_mps))
+                parts.append(lambda _: self._processor.go_to(task.track))
             case Hold():
                 at = fix.north_m, fix.east_m, fix.down_m
-                return [lambda _: Staying(pilot, at, task.for_s)]
+                parts = [lambda _: Staying(pilot, at, task.for_s)]
             case Inspect():
-                return [lambda now: Running(pilot, survey(task, (now.north_m, now.east_m)), task.for_s)]
+                parts = [lambda now: Running(pilot, survey(task, (now.north_m, now.east_m)), task.for_s)]
             case Surface():
-                return [
+                parts = [
                     lambda now: self._changing_depth(now, 0.0, task.speed_mps),
                     lambda now: Staying(pilot, (now.north_m, now.east_m, 0.0), task.for_s),
                 ]
+            case Return() if self._member:
+                parts = [lambda _: Joining(pilot)]
             case Return():
-                if self._member:
-                    return [lambda _: Joining(pilot)]
-                north, east = self._plan.tracks[0].point(0.0)
-                return self._going(GoTo((north, east, self._plan.start_depth_m), task.speed_mps))
+                home = *self._plan.tracks[0].point(0.0), self._plan.start_depth_m
+                parts = self._going(GoTo(home, task.speed_mps))
+        return parts
 
     def _going(self, to: GoTo) -> list[Part]:
         return [
@@ -233,12 +232,6 @@ class TaskRunner:
         route = circle((fix.north_m, fix.east_m), fix.heading_rad, depth_m, speed_mps)
         return Running(self._pilot, route, depth_m=depth_m)
 
-    def _taking_up(self, task: Follow) -> Part:
-        def take_up(_: Fix) -> None:
-            self._processor.go_to(task.track)
-
-        return take_up
-
     def _place_in_formation(self, progress: float) -> tuple[float, float, float, float]:
         number = min(max(int(progress), 0), len(self._plan.tracks) - 1)
         track = self._plan.tracks[number]
@@ -250,17 +243,15 @@ class TaskRunner:
 
 
 def _after(task: Task) -> Task | None:
-    """What follows the last task of a list."""
+    """Say what follows the last task of a list."""
+    speed_mps = getattr(task, "speed_mps", 1.0)
+    following: dict[str, Task] = {"return": Return(speed_mps), "surface": Surface(0.0, speed_mps), "hold": Hold()}
     match task:
-        case GoTo():
-            return Hold()
         case Inspect():
-            return {"return": Return(task.speed_mps), "surface": Surface(0.0, task.speed_mps), "hold": Hold()}[
-                task.then
-            ]
-        case Hold():
-            return Return()
-        case Surface():
-            return Return(task.speed_mps)
+            return following[task.then]
+        case GoTo():
+            return following["hold"]
+        case Hold() | Surface():
+            return following["return"]
         case _:
             return None
