@@ -137,7 +137,10 @@ def unpack_order(payload: bytes) -> Order:
         raise WireError("this is not an order")
     at = north * POSITION_STEP_M, east * POSITION_STEP_M, depth * DEPTH_STEP_M
     speed_mps, for_s = speed * SPEED_STEP_MPS, lasting * TIME_STEP_S
-    return Order(to, number, _task(task, at, speed_mps, for_s, lasting, radius * RADIUS_STEP_M, _SHAPES[shape], then))
+    order = Order(to, number, _task(task, at, speed_mps, for_s, lasting, radius * RADIUS_STEP_M, _SHAPES[shape], then))
+    if pack_order(order) != payload:
+        raise WireError("this is not an order: it says what its kind of task does not have")
+    return order
 
 
 def pack_echo(echo: Echo) -> bytes:
