@@ -376,6 +376,17 @@ class Scenario(Config, frozen=True, kw_only=True):
         return [craft for craft, config in self.craft.items() if isinstance(config.modem, SerialModem)]
 
     @property
+    def operators_craft(self) -> str:
+        """Craft on which the operator is: as given, else the first with radio, else with cable, else the first."""
+        if self.tasking.operator is not None:
+            return self.tasking.operator
+        for kind in ("radio", "cable"):
+            tied = {craft for land in self.link.land if land.kind == kind for craft in land.between}
+            if found := [craft for craft in self.craft if craft in tied]:
+                return found[0]
+        return next(iter(self.craft))
+
+    @property
     def mavlink_craft(self) -> dict[str, MavlinkFrontseat]:
         """Craft that are steered by an autopilot: the sea does not move them."""
         frontseats = {craft: config.frontseat for craft, config in self.craft.items()}

@@ -25,17 +25,6 @@ _GOOD = {
 }
 
 
-def operators_craft(scenario: Scenario) -> str:
-    """Craft on which the operator is: as given, else the first with radio, else with cable, else the first."""
-    if scenario.tasking.operator is not None:
-        return scenario.tasking.operator
-    for kind in ("radio", "cable"):
-        tied = {craft for land in scenario.link.land if land.kind == kind for craft in land.between}
-        if found := [craft for craft in scenario.craft if craft in tied]:
-            return found[0]
-    return next(iter(scenario.craft))
-
-
 def give_order(scenario: Scenario, craft: str, task: Task, wait_s: float, say: Callable[[str], None]) -> None:
     """Give an order on the live bus and see it through.
 
@@ -57,7 +46,7 @@ def give_order(scenario: Scenario, craft: str, task: Task, wait_s: float, say: C
     GrexError
         If nobody is there or answers, or the task is refused, interrupted, never echoed, or not done in time.
     """
-    via = operators_craft(scenario)
+    via = scenario.operators_craft
     # Who is not on the bus now will not come because an operator waits.
     quick = msgspec.structs.replace(scenario.clock, start_timeout_s=ANSWER_S / 2.0)
     try:

@@ -19,6 +19,7 @@ from grex_agent.path import Track
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_sim.plan_text import plan_text
+from grex_sim.report_events import mark_events
 from grex_sim.score import Series
 from grex_sim.summary import SERIES_FILE
 
@@ -87,7 +88,7 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
     figure = _figure(14.0, 10.5)
     axes: dict[str, Axes] = figure.subplot_mosaic(**_arrangement(plan))
     _draw_tracks(axes["tracks"], run, plan)
-    _mark_events(axes["tracks"], scenario)
+    mark_events(axes["tracks"], scenario)
     _draw_deviation(axes["fd"], run)
     if "relative" in axes:
         _draw_relative(axes["relative"], run, plan)
@@ -123,7 +124,7 @@ def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
         axes.plot(*_path(craft).T[::-1], color=_colour(place), linestyle=_dash(place), linewidth=1.6)
     _mark_ends(axes, plan)
     _mark_tracks(axes, plan, 0.035 * math.hypot(north, east))
-    _mark_events(axes, scenario)
+    mark_events(axes, scenario)
     _name_craft(axes, plan)
     _finish(figure, scenario, f"{len(scenario.craft)} craft, {plan.duration_s:.0f} s")
     _save(figure, path)
@@ -286,20 +287,6 @@ def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:
         zorder=4,
         label="start",
     )
-
-
-def _mark_events(axes: "Axes", scenario: Scenario) -> None:
-    """Mark where events are, and the survey that is to be done there."""
-    for number, event in enumerate(scenario.events):
-        north, east, _ = event.at_ned_m
-        around = np.linspace(0.0, 2.0 * math.pi, 61 if event.shape == "circle" else 5) + math.pi / 4.0
-        reach = event.radius_m * (1.0 if event.shape == "circle" else math.sqrt(2.0))
-        label = "" if number else "event, and the survey of it"
-        axes.plot(east, north, "*", color="#D55E00", markeredgecolor="black", markersize=15, zorder=6, label=label)
-        axes.plot(east + reach * np.sin(around), north + reach * np.cos(around), color="black", linewidth=0.8, zorder=5)
-        axes.annotate(
-            f"{event.at_s:g} s", (east, north), (9, 6), textcoords="offset points", fontsize="small", zorder=6
-        )
 
 
 def _mark_tracks(axes: "Axes", plan: TeamPlan, apart_m: float) -> None:

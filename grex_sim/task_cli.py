@@ -97,7 +97,7 @@ def build_task(scenario: Scenario, craft: str, what: str, options: dict[str, Any
     if "at_ned_m" in kind.__struct_fields__ and "at" not in options:
         raise ConfigError("--at", f"is missing: {what} needs a place, north,east or north,east,depth")
     try:
-        made = msgspec.convert(table, Task)
+        made: Task = msgspec.convert(table, Task)
         task_wire.pack_order(task_wire.Order(0, 0, made))
     except (msgspec.ValidationError, WireError) as error:
         raise ConfigError(f"{what}", str(error)) from None

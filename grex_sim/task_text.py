@@ -9,7 +9,6 @@ from grex_link.config import Scenario
 from grex_link.task_wire import ECHO_BYTES, ORDER_BYTES
 from grex_link.tasks import Task, type_of
 from grex_sim.layout import entry
-from grex_sim.operator import operators_craft
 
 
 def tasking(scenario: Scenario, plan: TeamPlan) -> Iterator[str]:
@@ -35,8 +34,8 @@ def tasking(scenario: Scenario, plan: TeamPlan) -> Iterator[str]:
     if scenario.events or plan.standby:
         yield from entry(
             "Orders",
-            f"{ORDER_BYTES} bytes, echoed in {ECHO_BYTES}; sent up to {scenario.tasking.tries} times; `grex task` is typed on "
-            f"{operators_craft(scenario)}",
+            f"{ORDER_BYTES} bytes, echoed in {ECHO_BYTES}; sent up to {scenario.tasking.tries} times; "
+            f"`grex task` is typed on {scenario.operators_craft}",
         )
     for _, first, second, length_m in cables(scenario):
         planned_m = pair_range_max_m(plan, first, second)

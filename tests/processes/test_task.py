@@ -55,7 +55,7 @@ def live(tmp_path_factory) -> Iterator[tuple[str, Path]]:
 
 
 def test_a_task_from_order_to_end(live):
-    """The operator reads, with the mission times, how his order is queued, on air, echoed, started and done; status 0."""
+    """The operator reads, with the mission times, how an order is queued, on air, echoed, started and done."""
     where, out = live
     status, said, err = order(where, "--craft", "standby1", "inspect", "--at", "10,60", "--for", "20")
     assert (status, err) == (0, "")
@@ -132,6 +132,7 @@ def test_waiting_has_an_end(live):
         (("--craft", "standby1", "return", "--radius", "5"), "grex: --radius: return has no such thing\n"),
         (("--craft", "standby1", "goto", "--at", "9999,0,5"), "grex: goto: north 9999 does not fit into an order: "),
     ],
+    ids=["craft", "missing", "at", "option", "far"],
 )
 def test_a_wrong_command_line(arguments, line):
     """What is wrong in the command is one line and status 2, before the bus is looked for."""

@@ -36,7 +36,7 @@ def habitat(**tables) -> Scenario:
 
 
 class Swimmer:
-    """A craft that goes where its runner steers it, at once, in steps of a second; in the formation if that says None."""
+    """A craft that goes where its runner steers it, at once, in steps of a second."""
 
     def __init__(self, scenario: Scenario, craft: str, at=None) -> None:
         plan = plan_mission(scenario)

@@ -131,7 +131,7 @@ def test_a_modem_that_says_nothing_does_not_stop_it():
     post.order(0, "x", "b", TASK)
     asked: list[int] = []
     for second in range(20):
-        post.step(second * NS, lambda payload, to: asked.append(second) or 0)
+        post.step(second * NS, lambda payload, to, now=second: asked.append(now) or 0)
     assert asked == [0, 4]
     assert post.words[-1].status == "failed"
 
