@@ -15,8 +15,8 @@ from grex_agent.modem.__main__ import modem
 from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
-from grex_sim.task_cli import task
 from grex_sim.autopilot.__main__ import autopilot
+from grex_sim.task_cli import task
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,

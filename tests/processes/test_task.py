@@ -3,6 +3,7 @@
 standby2's modem is off, so that it never echoes.
 """
 
+import json
 import re
 import subprocess
 import time
@@ -159,6 +160,23 @@ def test_a_run_in_lockstep_takes_no_orders(tmp_path):
         status, _, err = order(where, "--craft", "standby1", "hold")
     assert status == 1
     assert err.startswith("grex: hold of standby1 refused: this run is in lockstep;")
+
+
+def test_lockstep_between_processes_is_lockstep_in_one(tmp_path):
+    """The event, the order, its echo and the inspection come out the same, bit by bit, in one process and in seven."""
+    arguments = ("--set", endpoint(), "--set", "duration_s=660", "--set", "link.loss=0.2", "--json")
+    digests, tasks = [], []
+    for how in ((), ("--in-process",)):
+        done = subprocess.run(
+            grex("run", SCENARIO, *arguments, *how, "--out", str(tmp_path / "out")),
+            capture_output=True, text=True, timeout=100, check=True,
+        )  # fmt: skip
+        summary = json.loads(done.stdout)
+        digests.append(summary["digest"])
+        tasks.append({(line["said_by"], line["status"], line["t_s"]) for line in summary["tasks"]})
+    assert digests[0] == digests[1]
+    assert tasks[0] == tasks[1]
+    assert {"on_air", "started"} <= {status for _, status, _ in tasks[0]}
 
 
 def test_a_run_that_ends_meanwhile(tmp_path):

@@ -15,6 +15,12 @@ CRAFT = {"top": {}, "low": {}, "aid": {}, "ship": {}}
 CABLE = {"between": ["top", "low"], "kind": "cable", "length_m": 15.0}
 
 
+def check(tables: dict) -> None:
+    """Do all that is done before a run."""
+    scenario = habitat(**tables)
+    check_capabilities(scenario, plan_mission(scenario), load_profile(scenario.link.profile))
+
+
 def doing(craft: str, *tasks: dict) -> dict:
     return {"craft": CRAFT | {craft: {"tasks": list(tasks)}}}
 
@@ -52,16 +58,14 @@ def doing(craft: str, *tasks: dict) -> dict:
 def test_what_cannot_work(tables, path, words):
     """Each fault is one line that names its path and says what is wrong."""
     with pytest.raises(ConfigError) as caught:
-        scenario = habitat(**tables)
-        check_capabilities(scenario, plan_mission(scenario), load_profile(scenario.link.profile))
+        check(tables)
     assert caught.value.path == path
     assert words in str(caught.value)
 
 
 def test_the_habitat_of_these_tests_is_sound():
     """None of the faults is there without being put there."""
-    scenario = habitat(events=[EVENT])
-    check_capabilities(scenario, plan_mission(scenario), load_profile(scenario.link.profile))
+    check({"events": [EVENT]})
 
 
 def test_who_is_in_the_formation():
