@@ -1,12 +1,10 @@
-"""``grex task``: from words on a command line to a task."""
+"""``grex task``: an operator's order from the command line; what is heavy is imported when it is given."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
-from grex_link.config import Scenario
 from grex_link.console import Overrides, ScenarioFile
-from grex_link.tasks import Task
 
 Kind = Literal["goto", "follow", "hold", "inspect", "surface", "return"]
 At = Annotated[str | None, tyro.conf.arg(metavar="N,E[,D]")]
@@ -64,6 +62,7 @@ def task(
     from grex_link.errors import ConfigError
     from grex_link.scenario import load
     from grex_sim.operator import give_order
+    from grex_sim.task_words import build_task
 
     config = load(scenario, overrides)
     if craft not in config.craft:
@@ -71,47 +70,3 @@ def task(
     given = {"at": at, "for": lasting, "radius": radius, "shape": shape, "speed": speed, "then": then, "track": track}
     order = build_task(config, craft, what, {option: value for option, value in given.items() if value is not None})
     give_order(config, craft, order, wait, lambda line: print(line, flush=True))  # noqa: T201
-
-
-def build_task(scenario: Scenario, craft: str, what: str, options: dict[str, Any]) -> Task:
-    """Build a task of the options given.
-
-    Raises
-    ------
-    ConfigError
-        Names the option that is wrong, missing, or not one of this kind of task.
-    """
-    import msgspec
-
-    from grex_link import task_wire
-    from grex_link.errors import ConfigError, WireError
-
-    kind = next(each for each in task_wire.KINDS if each.__struct_config__.tag == what)
-    fields = {"at": "at_ned_m", "for": "for_s", "radius": "radius_m", "speed": "speed_mps"}
-    table: dict[str, Any] = {"type": what}
-    for option, value in options.items():
-        field = fields.get(option, option)
-        if field not in kind.__struct_fields__:
-            raise ConfigError(f"--{option}", f"{what} has no such thing")
-        table[field] = _place(scenario, craft, value) if option == "at" else value
-    if "at_ned_m" in kind.__struct_fields__ and "at" not in options:
-        raise ConfigError("--at", f"is missing: {what} needs a place, north,east or north,east,depth")
-    try:
-        made: Task = msgspec.convert(table, Task)
-        task_wire.pack_order(task_wire.Order(0, 0, made))
-    except (msgspec.ValidationError, WireError) as error:
-        raise ConfigError(f"{what}", str(error)) from None
-    return made
-
-
-def _place(scenario: Scenario, craft: str, text: str) -> tuple[float, float, float]:
-    from grex_agent.mission import plan_mission
-    from grex_link.errors import ConfigError
-
-    try:
-        north, east, *depth = map(float, text.split(","))
-    except ValueError:
-        raise ConfigError("--at", f"{text!r} is not north,east or north,east,depth in metres") from None
-    if len(depth) > 1:
-        raise ConfigError("--at", f"{text!r} is not north,east or north,east,depth in metres")
-    return north, east, depth[0] if depth else plan_mission(scenario).everybody[craft].start_depth_m

@@ -82,8 +82,9 @@ class Dispatcher:
     def learn(self, name: str, status: str) -> None:
         """Take note of what has become of an order for an event."""
         for each in [each for each in self._open if each.name == name]:
-            if status in {"refused", "failed"}:
-                each.refused.add(each.asked)
+            if status in {"refused", "failed", "interrupted"}:
+                # Who was given another order before it answered may be asked again.
+                each.refused.update([each.asked] if status != "interrupted" else [])
                 each.asked = ""
             elif status == "started":
                 self._open.remove(each)

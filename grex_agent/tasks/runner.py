@@ -101,7 +101,7 @@ class TaskRunner:
         round_it = isinstance(task, Inspect) and task.shape == "circle"
         reasons = {
             "no_fix": lost,
-            "cable": self._tied and isinstance(task, GoTo | Inspect | Surface),
+            "cable": self._tied and isinstance(task, GoTo | Follow | Inspect | Surface),
             "speed": not least <= speed <= most,
             "radius": round_it and getattr(task, "radius_m", 0.0) * self._turn_rate < speed,
             "depth": depth < 0.0 or not (self._dives or depth <= DEPTH_M),

@@ -56,6 +56,14 @@ def test_who_does_not_echo_is_not_asked_again():
     assert chosen(office, 202.0) == []
 
 
+def test_an_order_that_was_replaced_is_given_again():
+    """When the called craft is given another order before it has answered, the event is not forgotten."""
+    office = dispatcher()
+    chosen(office, 100.0)
+    office.learn("event0", "interrupted")
+    assert chosen(office, 101.0, busy=lambda craft: craft == "aid") == [("event0", "far")]
+
+
 def test_who_is_busy_is_waited_for():
     """As long as all are busy nobody is asked; the event is not forgotten."""
     office = dispatcher()

@@ -154,6 +154,7 @@ def test_follow_takes_up_a_track():
     swimmer = Swimmer(habitat(link={}), "low")
     swimmer.runner.order((Follow(2),), "x")
     swimmer.run(swimmer.has("done"))
+    assert swimmer.runner.refusal(Follow(3), lost=False) == "tracks"
     assert swimmer.processor.number == 2
     assert math.dist(swimmer.path[-1][:2], swimmer.plan.tracks[2].point(0.0)) < 3.0
     assert swimmer.step() is None
@@ -169,7 +170,7 @@ def test_follow_takes_up_a_track():
         ("ship", GoTo((0.0, 0.0, 5.0)), "depth"),
         ("aid", Follow(0), "tracks"),
         ("top", Inspect((0.0, 0.0, 0.0)), "cable"),
-        ("top", Follow(9), "tracks"),
+        ("top", Follow(0), "cable"),
         ("top", Hold(), ""),
         ("aid", PLACE, ""),
         ("ship", GoTo((0.0, 0.0, 0.0)), ""),
