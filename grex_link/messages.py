@@ -8,6 +8,8 @@ from typing import Literal
 
 import msgspec
 
+from grex_link.tasks import Task
+
 
 class Message(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=False):
     """Base of everything that travels on the bus."""
@@ -197,6 +199,35 @@ class AgentStates(Message, frozen=True):
     """Agent → bench: one or several states, oldest first; in lockstep they are sent in bundles."""
 
     states: list[AgentState]
+
+
+class TaskOrder(Message, frozen=True):
+    """Operator → agent of the craft he is on: see that a craft does a task."""
+
+    order: str
+    """Name of this order, new for each; one that comes twice is one."""
+    craft: str
+    """Who shall do it."""
+    task: Task
+
+
+class TaskNews(Message, frozen=True):
+    """Agent → bench and operator: what becomes of a task, aboard or on another craft."""
+
+    t_ns: int
+    """By the craft's clock."""
+    order: str
+    """Name of the order, or of the event; for one that came by sound, its sender and number."""
+    craft: str
+    """Who is to do it."""
+    task: Task
+    status: Literal[
+        "queued", "on_air", "echoed", "started", "done", "returned", "interrupted", "refused", "failed"
+    ]  # fmt: skip
+    """Its sender: ``queued``, ``on_air`` (sent for the first time), ``echoed``, then what the echo says, or ``failed``
+    (no echo). Who does it: ``started`` or ``refused``, ``done`` or ``interrupted``, ``returned``."""
+    detail: str = ""
+    """Why, for a person."""
 
 
 class Pose(Message, frozen=True):

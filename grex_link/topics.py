@@ -8,10 +8,10 @@ from typing import Any, Literal, NamedTuple
 
 from grex_link import messages as m
 
-Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link", "view"]
+Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link", "view", "operator"]
 
 #: Names a craft may not have: they are the places of other participants on the bus.
-RESERVED = frozenset({"sim", "link", "up", "truth"})
+RESERVED = frozenset({"sim", "link", "up", "truth", "operator"})
 _MODEM = "modem_"
 _FRONTSEAT = "frontseat_"
 
@@ -88,6 +88,9 @@ TOPICS: dict[str, Topic] = {
               recorded=m.AgentState),
         Topic("port", "{craft}/port", m.PortLedger, ("agent",), ("sim",), "event",
               recorded=m.PortLedger),
+        Topic("task", "{craft}/task", m.TaskOrder, ("operator",), ("agent",), "event", recorded=None),
+        Topic("task_news", "{craft}/task/news", m.TaskNews, ("agent",), ("sim", "operator"), "event",
+              recorded=m.TaskNews),
         Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=None, flush=False),
         Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "frontseat", "modem", "link"), "event",
               recorded=None),
@@ -161,7 +164,7 @@ def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
     Parameters
     ----------
     role : str
-        ``agent``, ``frontseat``, ``modem``, ``link`` or ``sim``.
+        ``agent``, ``frontseat``, ``modem``, ``link``, ``sim`` or ``operator``.
     who : str
         Its place on the bus: the craft's name for an agent, `frontseat_place` for a frontseat, `modem_place` for a
         modem's driver, else the role.

@@ -19,6 +19,7 @@ from grex_sim.autopilot.__main__ import autopilot
 from grex_sim.bus_options import echo, hz, topics
 from grex_sim.campaign.command import campaign
 from grex_sim.recorded_commands import export, replay, report
+from grex_sim.task_cli import task
 from grex_sim.view.command import view
 
 Pace = Annotated[
@@ -307,6 +308,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     # A name of two words, as which `_join` passes `grex link stats`: `grex link` itself takes a scenario.
     LINK_STATS: link_stats,
     "sim": sim,
+    "task": task,
 }
 
 

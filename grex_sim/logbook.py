@@ -20,9 +20,11 @@ from grex_link.messages import (
     Message,
     PortLedger,
     Setpoint,
+    TaskNews,
     Truth,
 )
 from grex_link.recorder import Recorder
+from grex_sim.cables import Cable, CableWatch
 from grex_sim.navigation_errors import BelievedPlaces
 
 if TYPE_CHECKING:
@@ -43,6 +45,8 @@ class Logbook:
         Where messages are recorded; None records nothing.
     scene : FoxgloveScene or None
         Turns true poses into what viewers draw, to be recorded beside them.
+    watch : CableWatch or None
+        Measures the cables, if there are any.
 
     Attributes
     ----------
@@ -54,6 +58,8 @@ class Logbook:
         The newest ledger of the water.
     ports : dict of str to PortLedger
         The newest ledger of each craft's modem port.
+    task_news : list of (str, TaskNews)
+        Who said what of which task.
     late_ticks, late_setpoints : int
         Live paces: what did not keep up.
     places : BelievedPlaces
@@ -61,10 +67,16 @@ class Logbook:
     """
 
     def __init__(
-        self, recorder: Recorder | None = None, scene: "FoxgloveScene | None" = None, *, stop_when_full: bool = True
+        self,
+        recorder: Recorder | None = None,
+        scene: "FoxgloveScene | None" = None,
+        watch: CableWatch | None = None,
+        *,
+        stop_when_full: bool = True,
     ) -> None:
         self._recorder = recorder
         self._scene = scene
+        self._watch = watch
         self._written_ns = 0
         self._stop_when_full = stop_when_full
         #: Why nothing more is recorded; empty as long as it is.
@@ -80,6 +92,7 @@ class Logbook:
         self.delivered = self.overheard = self.lost = 0
         self.ledger: LinkLedger | None = None
         self.ports: dict[str, PortLedger] = {}
+        self.task_news: list[tuple[str, TaskNews]] = []
         self.late_ticks = self.late_setpoints = 0
         self.bad_frames: dict[str, int] = {}
         self.adrift_steps: dict[str, int] = {}
@@ -89,6 +102,8 @@ class Logbook:
     def truth(self, truth: Truth) -> None:
         """Take down the true poses of a tick."""
         self._craft = len(truth.poses)
+        if self._watch is not None:
+            self._watch.see(truth)
         for pose in truth.poses:
             self._positions.append(pose.north_m)
             self._positions.append(pose.east_m)
@@ -143,6 +158,8 @@ class Logbook:
                 self.ledger = message
             elif isinstance(message, PortLedger):
                 self.ports[craft] = message
+            elif isinstance(message, TaskNews):
+                self.task_news.append((craft, message))
 
     def write_some(self) -> bool:
         """Write a few of the messages that have piled up; False if there are none."""
@@ -198,6 +215,11 @@ class Logbook:
         for word in state.health:
             words = self.unhealthy_steps.setdefault(craft, {})
             words[word] = words.get(word, 0) + 1
+
+    @property
+    def cables(self) -> list[Cable]:
+        """Every cable as measured so far."""
+        return [] if self._watch is None else self._watch.cables
 
     @property
     def positions(self) -> NDArray[np.float64]:

@@ -16,6 +16,7 @@ from grex_link.memory_bus import MemoryBus
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
 from grex_link.recording import RECORDING_FILE, run_metadata
+from grex_sim.cables import CableWatch
 from grex_sim.hub import Hub, Progress
 from grex_sim.live import LiveHub
 from grex_sim.lockstep import LockstepHub
@@ -107,7 +108,8 @@ def _simulate(
         scene = FoxgloveScene(scenario, plan)
         out.mkdir(parents=True, exist_ok=True)
         recorder = Recorder(out / RECORDING_FILE, run_metadata(scenario))
-    logbook = Logbook(recorder, scene, stop_when_full=scenario.recording.on_full_disk == "stop")
+    stop_when_full = scenario.recording.on_full_disk == "stop"
+    logbook = Logbook(recorder, scene, CableWatch(scenario), stop_when_full=stop_when_full)
     build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
     fault = "interrupted"

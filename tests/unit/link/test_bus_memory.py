@@ -61,6 +61,8 @@ READERS = {
     "modem_rx": {"auv2", "sim"},
     "state": {"sim"},
     "port": {"sim"},
+    "task": {"auv2"},
+    "task_news": {"sim"},
     "oracle": {"auv2"},
     "clock": {"auv2"},
     "truth": {"link"},

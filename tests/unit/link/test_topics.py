@@ -29,8 +29,10 @@ def keys_read(role: str, who: str) -> set[str]:
 
 
 def test_an_agent_reads_its_own_keys() -> None:
-    """An agent subscribes to its fix, its modem, its clock and its oracle, and to nothing else."""
-    assert keys_read("agent", "auv1") == {f"grex/grex/auv1/{name}" for name in ("fix", "modem/rx", "clock", "oracle")}
+    """An agent subscribes to its fix, its modem, its clock, its orders and its oracle, and to nothing else."""
+    assert keys_read("agent", "auv1") == {
+        f"grex/grex/auv1/{name}" for name in ("fix", "modem/rx", "clock", "task", "oracle")
+    }
 
 
 @pytest.mark.parametrize("who", TEAM)
@@ -73,8 +75,16 @@ def test_the_link_reads_all_transmissions_and_the_truth() -> None:
 
 def test_the_simulator_reads_all_craft() -> None:
     """The bench hears every craft's outputs, where real craft are, the link's reports and its ledger."""
-    expected = {"*/fix", "*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "*/port", "link/report", "link/ledger"}
+    expected = {"*/fix", "*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "*/port"}
+    expected |= {"*/task/news", "link/report", "link/ledger"}
     assert keys_read("sim", "sim") == {"grex/grex/" + below for below in expected}
+
+
+def test_an_operator_gives_orders_and_hears_news() -> None:
+    """An operator writes orders and nothing else, and reads what becomes of tasks and nothing else."""
+    assert [row.name for row in ROWS if "operator" in row.writers] == ["task"]
+    assert keys_read("operator", "operator") == {"grex/grex/*/task/news"}
+    assert is_reserved("operator")
 
 
 def kinds(of) -> tuple[type, ...]:
@@ -106,7 +116,7 @@ def test_keys_are_different() -> None:
 
 def test_reserved_names_cover_the_table() -> None:
     """No craft can have a name that begins a key of another participant."""
-    taken = {row.key.partition("/")[0] for row in ROWS if not row.per_craft} | {"up", "sim"}
+    taken = {row.key.partition("/")[0] for row in ROWS if not row.per_craft} | {"up", "sim", "operator"}
     assert taken == RESERVED
 
 
