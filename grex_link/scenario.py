@@ -170,7 +170,7 @@ def _check_names(scenario: Scenario) -> None:
 
 
 def _check_bases(scenario: Scenario) -> None:
-    if not scenario.formation:
+    if scenario.bases.keys() == scenario.craft.keys():
         raise ConfigError("$.craft", "there are only bases; at least one craft must move")
     for base, config in scenario.bases.items():
         if config.watch not in scenario.formation:

@@ -71,7 +71,7 @@ class FoxgloveScene:
         self._apart_ns = round(apart_s * NS)
         self._due_ns = 0
         self._begun = False
-        self._tracks: dict[str, list[Point3]] = {craft: [] for craft in plan.craft}
+        self._tracks: dict[str, list[Point3]] = {craft: [] for craft in plan.everybody}
         self._pieces = 0
 
     def at(self, truth: Truth) -> Iterator[Encoded]:
@@ -113,7 +113,7 @@ class FoxgloveScene:
     def _planned(self, truth: Truth) -> Encoded:
         """Draw the plan, and each craft in its own frame: it moves with that."""
         update = SceneUpdate()
-        for place, (craft, plan) in enumerate(self._plan.craft.items()):
+        for place, (craft, plan) in enumerate(self._plan.everybody.items()):
             points = [Point3(x=north, y=east, z=plan.start_depth_m) for north, east in outline(plan)]
             update.entities.append(_line(truth.t_ns, f"plan/{craft}", points, _colour(place, 0.35), 1.0))
             body = SceneEntity(frame_id=craft, id=f"craft/{craft}", frame_locked=True)

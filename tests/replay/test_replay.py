@@ -310,10 +310,10 @@ def test_without_a_run_it_asks_for_one(grex):
 def test_a_full_disk_stops_a_run_or_its_recording(tmp_path, choice, status):
     """When nothing more can be written, one line says so, the run does as configured, and what was written opens."""
     program = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))\n"
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, resource.RLIM_INFINITY))\n"
         "from grex_sim.cli import main; main()\n"
     )
-    options = ["--in-process", "--set", f"recording.on_full_disk={choice}", "--set", "duration_s=400", "--out", "r"]
+    options = ["--in-process", "--set", f"recording.on_full_disk={choice}", "--set", "duration_s=1200", "--out", "r"]
     ended = subprocess.run(
         [sys.executable, "-c", program, "run", SCENARIOS / "paper-d.toml", *options],
         capture_output=True, text=True, check=False, timeout=60, cwd=tmp_path,
@@ -325,4 +325,4 @@ def test_a_full_disk_stops_a_run_or_its_recording(tmp_path, choice, status):
     assert sum(entry.topic == "truth" for entry in recording.entries()) > 20
     assert "was cut off" in recording.remark
     if choice == "go_on":
-        assert "400 s of mission" in ended.stdout
+        assert "1200 s of mission" in ended.stdout

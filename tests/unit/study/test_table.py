@@ -7,7 +7,8 @@ import pytest
 
 from grex_link.errors import ConfigError
 from grex_sim.study.figures import SCENARIOS, Flight, deviation, mean_and_interval, message_share, ratio
-from grex_sim.study.rows import CONDITIONS, ROWS
+from grex_sim.study.rows import CONDITIONS
+from grex_sim.study.rows_beyond import ROWS
 from grex_sim.study.table import AtMost, InBand, Result, Row, as_json, as_text, chi_square_band
 from grex_sim.study.team import choose, run_study
 
