@@ -71,6 +71,7 @@ class BaseCore:
         """Do one step; see `AgentCore.step`."""
         self._time_ns = time_ns = now_ns if self._time_ns is None else max(self._time_ns, now_ns)
         _, heard = self._messenger.take(now_ns)
+        self._messenger.mail.received.clear()  # orders for others, overheard
         for report in heard:
             if report.craft == self._watched:
                 self._watch.hear(report.state)

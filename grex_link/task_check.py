@@ -14,6 +14,7 @@ def check_tasks(scenario: Scenario) -> None:
         For a craft with two parts or none, an unknown craft, events nobody is on call for, tasks after an endless one.
     """
     _check_parts(scenario)
+    _check_bases(scenario)
     for number, event in enumerate(scenario.events):
         _check_craft(scenario, event.seen_by, f"$.events[{number}].seen_by")
     if scenario.tasking.operator is not None:
@@ -52,6 +53,24 @@ def _check_parts(scenario: Scenario) -> None:
             )
     if not planned:
         raise ConfigError(f"$.mission.{table}", "is empty: at least one craft needs its part in the mission")
+
+
+def _check_bases(scenario: Scenario) -> None:
+    """Refuse what only craft can do of bases."""
+    for number, event in enumerate(scenario.events):
+        _check_no_base(scenario, event.seen_by, f"$.events[{number}].seen_by")
+    _check_no_base(scenario, scenario.tasking.operator, "$.tasking.operator")
+    for base in scenario.bases:
+        if scenario.craft[base].tasks:
+            raise ConfigError(f"$.craft.{base}.tasks", "a base stays where it is and has no tasks; leave them out")
+    for number, land in enumerate(scenario.link.land):
+        for craft in land.between if land.length_m is not None else ():
+            _check_no_base(scenario, craft, f"$.link.land[{number}].length_m")
+
+
+def _check_no_base(scenario: Scenario, craft: str | None, path: str) -> None:
+    if craft in scenario.bases:
+        raise ConfigError(path, f"{craft} is a base, which only watches; name a craft that moves or stands by")
 
 
 def _check_craft(scenario: Scenario, craft: str, path: str, name: str | None = None) -> None:

@@ -127,6 +127,8 @@ def replay(tape: Tape, scenario: Scenario, craft: str) -> Iterator[Step]:
     ConfigError
         If such a core cannot be built, or the recording lacks an input.
     """
+    if craft in scenario.bases:
+        raise ConfigError("--craft", f"{craft} is a base, which has no agent to replay; name a craft that moves")
     core = AgentCore(scenario, craft)
     sees_truth = needs_oracle(scenario)
     given = 0

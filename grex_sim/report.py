@@ -81,7 +81,7 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
     ConfigError
         If the picture cannot be written.
     """
-    run = _read(folder / SERIES_FILE, list(scenario.craft), list(plan.craft))
+    run = _read(folder / SERIES_FILE, list(plan.everybody), list(plan.craft))
     if run is None:
         return None
     return _save(_draw_run(scenario, plan, run), folder / PICTURE_FILE)
@@ -103,8 +103,10 @@ def run_figure(scenario: Scenario, plan: TeamPlan, t_s: Series, result: Score, p
     """
     columns = {"t_s": t_s, "fd": result.fd_series}
     columns |= {"fd_distance": result.distance, "fd_angle": result.angle, "fd_xte": result.xte}
-    places = [place for place, craft in enumerate(scenario.craft) if craft in plan.craft]
-    return _draw_run(scenario, plan, _Run(columns, positions, positions[:, places]))
+    everybody, members = (
+        [place for place, craft in enumerate(scenario.craft) if craft in who] for who in (plan.everybody, plan.craft)
+    )
+    return _draw_run(scenario, plan, _Run(columns, positions[:, everybody], positions[:, members]))
 
 
 def _draw_run(scenario: Scenario, plan: TeamPlan, run: _Run) -> "Figure":

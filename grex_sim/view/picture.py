@@ -180,7 +180,8 @@ class Picture:
 
     def _row(self, fd: tuple[float, ...]) -> list[float]:
         """Return the history's columns at this moment; see `columns`."""
-        states = [self._states.get(name) for name in self.names]
+        # Θ and cross-track error of who is no part of the formation mean nothing to the others.
+        states = [self._states.get(name) if name in self._members else None for name in self.names]
         progress = [math.nan if state is None else state.track + state.theta for state in states]
         known = [value for value in progress if not math.isnan(value)]
         mean = sum(known) / len(known) if known else math.nan

@@ -33,7 +33,8 @@ def scene(scenario: Scenario, plan: TeamPlan) -> dict[str, Any]:
         "duration_s": scenario.duration_s or plan.duration_s,
         "craft": list(scenario.craft),
         "modem": scenario.link.profile,
-        "plan": {name: _rounded(outline(craft)) for name, craft in plan.craft.items()},
+        # Who has no part in the formation has no track to be drawn.
+        "plan": {name: _rounded(outline(plan.craft[name])) if name in plan.craft else [] for name in scenario.craft},
         "tracks": len(next(iter(plan.craft.values())).tracks),
         **_medium_access(scenario, plan),
     }

@@ -141,3 +141,22 @@ def test_history_is_bounded_and_even() -> None:
     apart = [later - earlier for earlier, later in itertools.pairwise(times)]
     assert max(apart) <= 2.0 * min(apart)
     assert values == [2.0 * time for time in times]
+
+
+def test_who_is_no_part_of_the_formation_is_shown_and_not_judged():
+    """A craft that stands by has a place and no plan on the page; fd(k) is that of the formation alone."""
+    picture = Picture(load(SCENARIOS / "habitat.toml"))
+    assert picture.scene["plan"]["standby1"] == []
+    assert len(picture.scene["plan"]["diver"]) > 10
+    places = {"surface": (0.0, 0.0), "diver": (-4.0, 0.0)}
+    poses = [Pose(name, *places.get(name, (500.0, 500.0)), 0.0, 0.0, 0.0, 0.0, 1.0) for name in picture.names]
+    picture.take("", Truth(0, 0, poses))
+    for name in picture.names:
+        picture.take(name, state(0))
+    shown = picture.frame()
+    assert shown["craft"]["standby1"]["true"][:2] == [500.0, 500.0]
+    assert shown["fd"][0] == pytest.approx(0.0, abs=0.01)
+    last = dict(zip(["t", *picture.columns()], (column[-1] for column in picture.past()["columns"]), strict=True))
+    assert last["theta/diver"] == 0.0
+    assert math.isnan(last["theta/standby1"])
+    assert math.isnan(last["xte/standby1"])
