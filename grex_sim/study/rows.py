@@ -1,4 +1,4 @@
-"""The rows of `grex study team`.
+"""The rows of `grex study team` under the paper's law, eq. (2).
 
 A row is a name, what it is about, a figure over missions, and what is to be reached. The missions are files of
 deploy/scenarios with overrides; those under ``conditions/`` are S1 to S6, and S0 is the paper's own mission.
@@ -100,5 +100,4 @@ def _consistency() -> Iterator[Row]:
             yield Row(f"nees_{estimator}_stiff_loss{100 * loss:.0f}", about, nees(Consistency(estimator, loss, 8.0)))
 
 
-#: Those of rows_beyond.py are to come in here with the laws and the ranges that they fly: `*BEYOND`.
-ROWS = (*_estimators(), *_conditions(), *_modem(), *_consistency())
+PAPERS_LAW = (*_estimators(), *_conditions(), *_modem(), *_consistency())

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from grex_link.errors import ConfigError
 from grex_sim.launch import Launch
 from grex_sim.study.figures import Flight, Job, mean_and_interval
-from grex_sim.study.rows import ROWS
+from grex_sim.study.rows_beyond import ROWS
 from grex_sim.study.table import Result, Row, as_json, as_text
 from grex_sim.study.workers import Results, run_jobs
 
