@@ -7,7 +7,7 @@ BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
 DEMO = runs/demo
 
-.PHONY: help demo test lint cover clean
+.PHONY: help demo test browser lint cover clean
 
 help:
 	@echo "make demo    install into $(VENV), fly one lawnmower, print the summary, name the picture"
@@ -23,9 +23,17 @@ demo: $(VENV)/installed
 	@echo "picture $(DEMO)/run.png"
 
 # The processes come last and alone: they measure wall time, and two cores are busy with one team.
-test: lint
-	$(BIN)/pytest -n 2 --ignore=tests/processes --ignore=tests/benchmarks --cov
-	$(BIN)/pytest tests/processes
+test: lint browser
+	$(BIN)/pytest -n 2 --ignore=tests/processes --ignore=tests/browser --ignore=tests/benchmarks --cov
+	$(BIN)/pytest tests/processes tests/browser
+
+# Debian's own; who is not root is told, and the tests that need it are skipped.
+browser:
+	@command -v chromium >/dev/null || if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    echo "installing Chromium for the tests of the page"; \
+	    { apt-get update -qq && apt-get install -qq -y --no-install-recommends chromium fonts-dejavu-core; } \
+	        >/dev/null 2>&1 || echo "Chromium could not be installed: the tests of the page are skipped" >&2; \
+	else echo "no Chromium: the tests of the page are skipped; apt-get install chromium" >&2; fi
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check
@@ -34,11 +42,11 @@ lint: $(VENV)/installed-dev
 	$(BIN)/lint-imports
 
 cover: $(VENV)/installed-dev
-	$(BIN)/pytest -n 2 --ignore=tests/processes --ignore=tests/benchmarks --cov
+	$(BIN)/pytest -n 2 --ignore=tests/processes --ignore=tests/browser --ignore=tests/benchmarks --cov
 
 $(VENV)/installed-dev: $(VENV)/installed
 	@echo "installing what the checks need into $(VENV)"
-	$(PIP) -e '.[dev]'
+	$(PIP) -e '.[dev,view,foxglove]'
 	@touch $@
 
 $(VENV)/installed: pyproject.toml constraints.txt

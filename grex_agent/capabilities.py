@@ -6,6 +6,7 @@ from grex_agent.frontseat.address import check_frontseats
 from grex_agent.mission import TeamPlan, range_min_m
 from grex_agent.modem.micromodem_rates import check_serial_modems
 from grex_agent.ranging_check import check_ranging
+from grex_agent.tasks.check import check_task_plan
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError, WireError
 from grex_link.link_config import WaterConfig
@@ -36,6 +37,7 @@ def check_capabilities(scenario: Scenario, plan: TeamPlan, profile: ModemProfile
     _check_reach(scenario, plan, profile)
     check_serial_modems(scenario)
     check_frontseats(scenario)
+    check_task_plan(scenario, plan, profile)
     _check_water(scenario, profile)
 
 

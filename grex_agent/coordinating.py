@@ -13,7 +13,8 @@ from grex_agent.messenger import Talk
 from grex_agent.mission import TeamPlan
 from grex_agent.reference_talk import ReferenceTalk
 from grex_agent.shared_reference import SharedReference
-from grex_agent.talk_policy import TalkPolicy, make_policy
+from grex_agent.talk_policy import Periodic, TalkPolicy, make_policy
+from grex_agent.team.baseline import Unaware
 from grex_agent.team.interface import TeamContext, load_estimator
 from grex_agent.tell import TeamTalk
 from grex_link import reference_wire
@@ -70,7 +71,10 @@ def coordinate(scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemPro
     if scenario.team.controller == SHARED_REFERENCE:
         return _by_reference(scenario, craft, plan, profile)
     controller = load_controller(scenario.team)
-    estimator = load_estimator(TeamContext(craft, plan, scenario, controller))
+    context = TeamContext(craft, plan, scenario, controller)
+    if craft not in plan.craft:  # who stands by waits for nobody, and tells where it is
+        return Coordination(controller, Unaware(context), TeamTalk(craft, plan, form), Periodic(), BYTES[form])
+    estimator = load_estimator(context)
     policy = make_policy(scenario.team.talk, estimator)
     return Coordination(controller, estimator, TeamTalk(craft, plan, form), policy, BYTES[form])
 
@@ -78,6 +82,11 @@ def coordinate(scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemPro
 def _by_reference(scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemProfile) -> Coordination:
     if scenario.team.estimator != "none":
         raise ConfigError("$.team.estimator", "the shared reference needs none: set it to 'none'")
+    if scenario.standby or scenario.events or any(config.tasks for config in scenario.craft.values()):
+        raise ConfigError(
+            "$.team.controller",
+            f"'{SHARED_REFERENCE}' knows neither tasks nor craft that stand by; take 'theta_p' or 'theta_p_unbiased'",
+        )
     size = reference_wire.size_bytes(len(plan.craft))
     if 8 * size > profile.bits_max:
         raise ConfigError(

@@ -8,6 +8,7 @@ from grex_agent.modem.port import ModemPort
 from grex_agent.range_update import Range
 from grex_agent.ranging import Ranging
 from grex_agent.talk_policy import TalkPolicy
+from grex_agent.tasks.mail import TaskMail, answer_ns
 from grex_agent.team.interface import Report
 from grex_link.config import Scenario
 from grex_link.errors import WireError
@@ -66,6 +67,10 @@ class Messenger:
     ----------
     untold : bool
         Whether the state was to be told the last time, and could not.
+    mail : TaskMail
+        Tasks and their echoes.
+    answer_ns : int
+        How long an answer of another craft may take.
     """
 
     def __init__(
@@ -81,11 +86,14 @@ class Messenger:
         self._talk = talk
         self._policy = policy
         planned_m = 0.0 if profile.one_speaker_at_a_time else range_max_m(plan)
-        self._port = ModemPort(craft, list(scenario.craft), profile, plan_mac(scenario, planned_m, message_bytes))
+        mac = plan_mac(scenario, planned_m, message_bytes)
+        self._port = ModemPort(craft, list(scenario.craft), profile, mac)
         self._ranging = Ranging(scenario, craft, plan, profile)
         self._asking: int | None = None
+        self.answer_ns = answer_ns(mac)
+        self.mail = TaskMail(self._port, scenario, craft, 2.0 * self.answer_ns / NS)
         self._reached_ns = 0
-        self._land_ns, self._heard_by_all_on_land = _land(scenario, craft)
+        self._land_ns, self._heard_by_all_on_land = _land(scenario, craft, plan)
         self._ledger_ns = round(scenario.link.ledger_s * NS)
         self._next_ledger_ns = self._ledger_ns
         self._events: list[ModemEvent] = []
@@ -108,6 +116,8 @@ class Messenger:
         happenings = [(event.t_ns, happening) for event in self._events for happening in self._port.on_event(event)]
         self._events.clear()
         for t_ns, happening in [*happenings, *((now_ns, happening) for happening in self._port.take_events())]:
+            if self.mail.takes(happening):
+                continue
             if isinstance(happening, Received):
                 if report := self._talk.read(happening, now_ns / NS):
                     heard.append(report)
@@ -129,17 +139,18 @@ class Messenger:
         """Take the ranges that have been measured until the last `take`."""
         return self._ranging.take()
 
-    def speak(self, now_ns: int, before_ns: int, tell: Tell) -> list[Request]:
-        """Ask the modem for what is to be said within [now, before), by the craft's clock."""
+    def speak(self, now_ns: int, before_ns: int, tell: Tell, *, must: bool = False) -> list[Request]:
+        """Ask the modem for what is to be said within [now, before), by the craft's clock; `must`: in any case."""
         self.untold = False
         from_ns, before_ns = max(now_ns, self._reached_ns), max(before_ns, self._reached_ns)
         self._reached_ns = before_ns
 
         def pull(max_bytes: int) -> bytes | None:
-            payload = self._payload(tell) if self._policy.speaks() else None
+            payload = self._payload(tell) if self._policy.speaks() or must else None
             return payload if payload is None or len(payload) <= max_bytes else None
 
         requests = self._port.open_slots(from_ns, before_ns, pull)
+        requests += self.mail.speak_by_land(from_ns)
         if self._land_ns:
             requests += self._speak_by_land(from_ns, before_ns, tell)
         return requests
@@ -187,7 +198,7 @@ class Messenger:
         return requests
 
 
-def _land(scenario: Scenario, craft: str) -> tuple[int, bool]:
+def _land(scenario: Scenario, craft: str, plan: TeamPlan) -> tuple[int, bool]:
     """How often a craft speaks over its land links, nanoseconds (0: never), and whether all mates hear that.
 
     What it says goes over all of its links, so the one that wants it most often decides.
@@ -195,4 +206,4 @@ def _land(scenario: Scenario, craft: str) -> tuple[int, bool]:
     links = [land for land in scenario.link.land if craft in land.between]
     mates = {mate for land in links for mate in land.between if mate != craft}
     every_s = min((land.every_s for land in links), default=0.0)
-    return max(round(every_s * NS), 1) if links else 0, {craft, *mates} >= set(scenario.formation)
+    return max(round(every_s * NS), 1) if links else 0, mates >= plan.craft.keys() - {craft}

@@ -7,7 +7,7 @@ craft equally long.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -61,15 +61,42 @@ class CraftPlan:
         track = min(max(int(progress), 0), len(self.tracks) - 1)
         return self.tracks[track].point(progress - track)
 
+    def depth(self, progress: float) -> float:
+        """Planned depth at a progress, metres."""
+        return self.tracks[min(max(int(progress), 0), len(self.tracks) - 1)].depth_m
+
 
 @dataclass(frozen=True, slots=True)
 class TeamPlan:
-    """The plan of all craft, in the order of the team, and how long it takes."""
+    """The plan of the team.
+
+    Attributes
+    ----------
+    craft : dict of str to CraftPlan
+        The *members* of the formation, in the order of the team: who waits for whom, and who is scored.
+    duration_s : float
+        How long their mission takes.
+    standby : dict of str to CraftPlan
+        Those who stand by: a metre of track at their place, which they do not follow.
+    places : tuple of (float, float, float)
+        Where events call somebody to, NED, metres.
+    order : tuple of str
+        Everybody, in the order of the team; empty for that of `craft`.
+    """
 
     craft: dict[str, CraftPlan]
     duration_s: float
     bases: tuple[tuple[float, float, float], ...] = ()
     """Where modems stand that have no part in the mission, NED, metres."""
+    standby: dict[str, CraftPlan] = field(default_factory=dict)
+    places: tuple[tuple[float, float, float], ...] = ()
+    order: tuple[str, ...] = ()
+
+    @property
+    def everybody(self) -> dict[str, CraftPlan]:
+        """Plans of members and of those who stand by, in the order of the team."""
+        plans = self.craft | self.standby
+        return {craft: plans[craft] for craft in self.order or plans}
 
 
 def plan_mission(scenario: Scenario) -> TeamPlan:
@@ -94,16 +121,34 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
         _check_speeds(scenario, craft, plan, f"$.mission.{table}.{craft}")
     first = next(iter(plans.values()))
     duration_s = sum(track.length_m / track.speed_mps for track in first.tracks)
-    return TeamPlan(plans, duration_s, tuple(base.place_ned_m for base in scenario.bases.values()))
+    standby = {
+        craft: _standby(scenario.standby[craft].at_ned_m, scenario.team.speed_min_mps)
+        for craft in scenario.craft
+        if craft in scenario.standby
+    }
+    return TeamPlan(
+        plans,
+        duration_s,
+        tuple(base.place_ned_m for base in scenario.bases.values()),
+        standby,
+        tuple(event.at_ned_m for event in scenario.events),
+        tuple(craft for craft in scenario.craft if craft not in scenario.bases),
+    )
+
+
+def _standby(at_ned_m: tuple[float, float, float], speed_mps: float) -> CraftPlan:
+    north, east, depth = at_ned_m
+    return CraftPlan((Line((north, east), (north + 1.0, east), speed_mps or 1.0, depth),), depth, hold_at_end=True)
 
 
 def range_max_m(plan: TeamPlan) -> float:
     """Greatest distance between any two craft at equal times of the planned mission, metres, in three dimensions.
 
     All craft run their tracks in step. Between lines the distance is greatest at an end of both; on arcs it is looked
-    up every few degrees. At the beginning of a track a craft may still be at the depth of the one before.
+    up every few degrees. At the beginning of a track a craft may still be at the depth of the one before. Places of
+    events count as if somebody were there.
     """
-    return greatest_distance_m(np.array(list(_moments(plan))))
+    return greatest_distance_m(np.array([[*team, *plan.places] for team in _moments(plan)]))
 
 
 def range_min_m(plan: TeamPlan) -> float:
@@ -113,18 +158,29 @@ def range_min_m(plan: TeamPlan) -> float:
 
 
 def planned_places(plan: TeamPlan) -> Places:
-    """Where all craft are at equal times of the planned mission, close enough to go straight between: metres NED.
+    """Where everybody is at equal times of the planned mission, close enough to go straight between: metres NED.
 
     Returns
     -------
-    ndarray, shape (moments, craft, 3)
+    ndarray, shape (moments, members + standing by + bases, 3)
     """
     return np.array(list(_moments(plan, least=_LINE_STEPS)))
 
 
+def pair_range_max_m(plan: TeamPlan, first: str, second: str) -> float:
+    """Greatest distance between two craft at equal times of the planned mission, metres, in three dimensions."""
+    places = {craft: place for place, craft in enumerate((*plan.craft, *plan.standby))}
+    moments = _moments(plan, least=_LINE_STEPS)
+    return max(math.dist(team[places[first]], team[places[second]]) for team in moments)
+
+
+def _standing(plan: TeamPlan) -> list[tuple[float, float, float]]:
+    return [(*craft.start[:2], craft.start_depth_m) for craft in plan.standby.values()]
+
+
 def _moments(plan: TeamPlan, least: int = 1) -> Iterator[list[tuple[float, float, float]]]:
     """Yield positions of all craft at equal times: at ends of tracks, every few degrees of arcs, and often enough."""
-    craft = list(plan.craft.values())
+    craft, still = list(plan.craft.values()), [*_standing(plan), *plan.bases]
     before = [each.start_depth_m for each in craft]
     for tracks in zip(*(each.tracks for each in craft), strict=True):
         depths = [track.depth_m for track in tracks]
@@ -133,7 +189,7 @@ def _moments(plan: TeamPlan, least: int = 1) -> Iterator[list[tuple[float, float
         for step in range(steps + 1):
             places = [track.point(step / steps) for track in tracks]
             for now in (depths, before) if step == 0 else (depths,):
-                yield [*((*place, depth) for place, depth in zip(places, now, strict=True)), *plan.bases]
+                yield [*((*place, depth) for place, depth in zip(places, now, strict=True)), *still]
         before = depths
 
 

@@ -17,7 +17,7 @@ from grex_link.config import Scenario
 from grex_link.messages import RangeResult, Received
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
-from grex_link.wire import NAVIGATION_VALID, TeamState
+from grex_link.wire import NAVIGATION_VALID, ON_TASK, TeamState
 
 #: What is not known of a speed told, as a share of it: it is that of a moment, and turns and waves change it.
 _CARRYING_ERROR = 0.1
@@ -45,7 +45,7 @@ class Ranging:
         self._paths = {mate: PathLength(plan.craft[mate]) for mate in ranged_to(scenario, craft)}
         base = scenario.craft[craft].base
         self._place = None if base is None else base.place_ned_m
-        self._plan = None if base is not None else plan.craft[craft]
+        self._plan = None if base is not None else plan.everybody[craft]
         self._told: dict[str, TeamState] = {}
         self._ranges: list[Range] = []
         self._turn = self._messages = 0
@@ -53,7 +53,7 @@ class Ranging:
     def on_message(self, event: Received, t_ns: int, state: TeamState) -> None:
         """Take a team state that has arrived at a time by the own clock, and the travel time if it was measured."""
         mate = event.source
-        if mate not in self._paths or not state.flags & NAVIGATION_VALID:
+        if mate not in self._paths or not state.flags & NAVIGATION_VALID or state.flags & ON_TASK:
             return
         if mate not in self._told or state.t_s >= self._told[mate].t_s:
             self._told[mate] = state

@@ -50,7 +50,7 @@ def check_separation(scenario: Scenario, plan: TeamPlan) -> None:
         )
     approach = closest_approach(planned_places(plan))
     if approach is not None and approach.distance_m < least * (1.0 - _ROUNDING):
-        names = list(plan.craft)
+        names = [*plan.craft, *plan.standby, *scenario.bases]
         raise ConfigError(
             "$.team.separation_min_m",
             f"{names[approach.first]} and {names[approach.second]} are planned to come as near as "
@@ -59,9 +59,9 @@ def check_separation(scenario: Scenario, plan: TeamPlan) -> None:
 
 
 def load_guard(scenario: Scenario, craft: str, plan: TeamPlan) -> "SeparationGuard | None":
-    """Build the guard of a craft, if the scenario has one."""
+    """Build the guard of a craft, if the scenario has one and it is in the formation."""
     team = scenario.team
-    if team.separation_min_m is None:
+    if team.separation_min_m is None or craft not in plan.craft:
         return None
     return SeparationGuard(
         craft,

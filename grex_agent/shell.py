@@ -8,7 +8,7 @@ from grex_agent.team.interface import needs_oracle
 from grex_link.clock import WallClock
 from grex_link.config import Scenario
 from grex_link.errors import FaultError, GrexError
-from grex_link.messages import AgentState, AgentStates, Clock, Fix, ModemEvent, Presence, Truth
+from grex_link.messages import AgentState, AgentStates, Clock, Fix, ModemEvent, Presence, TaskNews, TaskOrder, Truth
 from grex_link.node import Outlet
 from grex_link.units import NS
 
@@ -66,6 +66,8 @@ class Agent:
         elif topic == "oracle":
             self._truth = message
             self._step_if_complete()
+        elif topic == "task":
+            self._on_order(message)
         elif topic == "clock":
             self._on_clock(message)
         elif topic == "presence":
@@ -119,6 +121,20 @@ class Agent:
         if self._states:
             self._outlet.put("state", self._craft, AgentStates(self._states))
             self._states = []
+
+    def _on_order(self, order: TaskOrder) -> None:
+        """Take an order of the operator, or refuse it."""
+        if self._lockstep:  # where it would come at no certain step
+            why = "this run is in lockstep; run it at a pace of the wall clock, or put an event into the scenario"
+        elif isinstance(self._core, BaseCore):
+            why = f"{self._craft} is a base, which takes no orders; give it to a craft"
+        elif not self._core.takes_orders:
+            why = "with the shared reference nobody can leave the formation; run it with controller theta_p"
+        else:
+            self._core.on_order(order)
+            return
+        news = TaskNews(self._now_ns or 0, order.order, order.craft, order.task, "refused", why)
+        self._outlet.put("task_news", self._craft, news)
 
     def _on_clock(self, message: Clock) -> None:
         if message.phase == "bye":

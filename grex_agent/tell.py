@@ -37,8 +37,8 @@ class TeamTalk:
 
     def __init__(self, craft: str, plan: TeamPlan, form: wire.Form = "full") -> None:
         self._craft = craft
-        self._plan = plan
-        self._team = list(plan.craft)
+        self._plans = plan.everybody
+        self._team = list(self._plans)
         self._form = form
         self.bad_frames = 0
 
@@ -76,7 +76,7 @@ class TeamTalk:
         except (WireError, ValueError):
             self.bad_frames += 1
             return None
-        tracks = self._plan.craft[event.source].tracks
+        tracks = self._plans[event.source].tracks
         if event.source == self._craft or place % 16 != state.source or state.track >= len(tracks):
             self.bad_frames += 1
             return None
@@ -89,7 +89,7 @@ class TeamTalk:
         """Fill in from the plan what a form has left out: there a craft at that Θ would be, so deep and so fast."""
         if state.form == "full":
             return state
-        track = self._plan.craft[craft].tracks[state.track]
+        track = self._plans[craft].tracks[state.track]
         planned = track.point(state.theta)
         told = state.form == "short"
         north, east = (state.north_m, state.east_m) if told else planned

@@ -1,4 +1,4 @@
-"""The bus: Zenoh between processes, or a queue inside one. The only module that knows Zenoh.
+"""The bus: Zenoh between processes. The only module that knows Zenoh.
 
 The simulator's session is the router (no daemon is needed), all others are clients with explicit endpoints. Multicast
 scouting, gossip and shared memory are off. A participant declares its subscribers first and its liveliness token last,
@@ -9,10 +9,11 @@ import json
 import os
 import queue
 import random
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 # One Rust receive thread is enough and wakes faster; read when zenoh opens its first session.
 os.environ.setdefault("ZENOH_RUNTIME", "(rx:(worker_threads:1))")
@@ -26,12 +27,14 @@ from grex_link.errors import BusError, ConfigError
 from grex_link.messages import Message, Presence
 from grex_link.node import Node
 from grex_link.scenario import fingerprint
-from grex_link.topics import TOPICS, Role, key, presence_key, subscriptions
+from grex_link.topics import TOPICS, Role, is_presence, key, presence_key, subscriptions
 
 DEFAULT_ENDPOINTS = ("tcp/127.0.0.1:7447",)
 _RETRY_S = 0.1
 #: After this long without a sign a link is taken for dead. A killed process is known at once: its socket closes.
 _LEASE_MS = 5000
+#: A listener that is too slow holds no more than so many messages.
+_HEARD_MAX = 50_000
 
 #: (topic, craft, message)
 Envelope = tuple[str, str, Any]
@@ -252,54 +255,97 @@ class ZenohBus(Session):
         return route
 
 
-class MemoryBus:
-    """All participants in one process: a queue of messages and a table of readers."""
+class Heard(NamedTuple):
+    """What somebody outside the run has heard: a message, or that a liveliness token has come or gone."""
 
-    def __init__(self) -> None:
-        self._queue: deque[tuple[Node, Envelope]] = deque()
-        self._readers: dict[tuple[str, str], list[Node]] = {}
-        self._present: list[tuple[Node, str, str, Role]] = []
-
-    def join(self, node: Node, scenario: Scenario, role: Role, who: str) -> None:
-        """Add a participant; the simulator sees everyone appear, everyone sees the simulator."""
-        for topic, craft in subscriptions(role, who):
-            for name in scenario.craft if craft == "*" else [craft]:
-                self._readers.setdefault((topic, name), []).append(node)
-        self._present.append((node, who, fingerprint(scenario), role))
-
-    def announce(self) -> None:
-        """Let everybody appear, once all have joined."""
-        for reader, _, _, role in self._present:
-            for _, who, scenario, _ in self._present:
-                if role == "sim" or who == "sim":
-                    self._queue.append((reader, ("presence", who, Presence(who, alive=True, scenario=scenario))))
-
-    def put(self, topic: str, craft: str, message: Message) -> None:
-        """Write a message to a topic."""
-        for node in self._readers.get((topic, craft), ()):
-            self._queue.append((node, (topic, craft, message)))
-
-    def run(self) -> None:
-        """Hand out messages until every participant is done, or nothing can happen any more."""
-        nodes = [node for node, *_ in self._present]
-        pending = self._queue
-        while True:
-            while pending:
-                node, (topic, craft, message) = pending.popleft()
-                node.handle(topic, craft, message)
-            if all(node.done for node in nodes) or not _wait_for_deadline(nodes):
-                return
+    key: str
+    payload: bytes
+    alive: bool | None
+    """None for a message."""
 
 
-def _wait_for_deadline(nodes: Sequence[Node]) -> bool:
-    """Sleep until the first deadline of any node and let it act; False if there is none."""
-    waits = [(wait, node) for node in nodes if not node.done and (wait := node.wall_s_to_deadline()) is not None]
-    if not waits:
-        return False
-    wait, node = min(waits, key=lambda entry: entry[0])
-    clock.sleep_s(wait)
-    node.on_deadline()
-    return True
+class Listener:
+    """Hears what is on the bus and says nothing: it has no publishers, and no token that anybody could wait for.
+
+    Parameters
+    ----------
+    endpoints : sequence of str
+        Where the simulator listens.
+
+    Attributes
+    ----------
+    dropped : int
+        What came faster than it was taken, and found no room.
+
+    Raises
+    ------
+    BusError
+        If nobody answers there within two seconds.
+    """
+
+    def __init__(self, endpoints: Sequence[str] = DEFAULT_ENDPOINTS) -> None:
+        where = ", ".join(endpoints)
+        self._inbox: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
+        self._declared: dict[str, Any] = {}
+        self.dropped = 0
+        try:
+            config = session_config(router=False, endpoints=endpoints, lockstep=False, connect_timeout_s=2.0)
+            self._session = zenoh.open(config)
+        except zenoh.ZError:
+            raise BusError(f"nobody answers at {where}; is a run on the bus there?") from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def hear(self, key_expression: str) -> None:
+        """Hear what is put there from now on; ``*`` and ``**`` stand for one part of a key and for many.
+
+        Raises
+        ------
+        ConfigError
+            If that is no key expression.
+        """
+        if key_expression not in self._declared:
+            try:
+                subscriber = self._session.declare_subscriber(key_expression, self._take_in)
+            except zenoh.ZError as error:
+                problem = str(error).partition(" at ")[0]
+                raise ConfigError("KEY", f"{key_expression!r} is no key expression: {problem}") from None
+            self._declared[key_expression] = subscriber
+
+    def hear_presence(self, team: str = "*") -> None:
+        """Hear of everybody who is there, comes or goes."""
+        watched = presence_key(team, "*", "*")
+        if watched not in self._declared:
+            liveliness = self._session.liveliness()
+            self._declared[watched] = liveliness.declare_subscriber(watched, self._inbox.put, history=True)
+
+    def _take_in(self, sample: zenoh.Sample) -> None:
+        if self._inbox.qsize() < _HEARD_MAX:
+            self._inbox.put(sample)
+        else:
+            self.dropped += 1
+
+    def take(self, timeout_s: float) -> Heard | None:
+        """Take what was heard next, waiting so many wall seconds at most; None if there was nothing."""
+        try:
+            sample = self._inbox.get(timeout=timeout_s) if timeout_s > 0.0 else self._inbox.get_nowait()
+        except queue.Empty:
+            return None
+        name, put = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+        if is_presence(name):
+            return Heard(name, b"", put)
+        return Heard(name, sample.payload.to_bytes(), None) if put else None
+
+    def close(self) -> None:
+        """Leave the bus."""
+        with suppress(zenoh.ZError):
+            self._session.close()  # type: ignore[no-untyped-call]
 
 
 def serve(bus: ZenohBus, node: Node, config: ClockConfig) -> None:

@@ -6,12 +6,13 @@ computed. Every fault is a `ConfigError` of one line that names the path.
 
 from typing import Annotated, Literal
 
-from msgspec import Meta
+from msgspec import Meta, field
 
 from grex_link.config_base import Config, Finite, ImportPath, Name, NonNegative, Positive, Probability
 from grex_link.coordination_config import PeriodicTalk, ReferenceConfig, TalkConfig
 from grex_link.link_config import LinkConfig
 from grex_link.ranging_config import BaseConfig, InertialConfig, RangingConfig
+from grex_link.tasks import EventConfig, StandbyConfig, TaskingConfig, TaskList
 
 
 class ClockConfig(Config, frozen=True):
@@ -343,6 +344,15 @@ class CraftConfig(Config, frozen=True):
     """The craft's navigation is inertial, and its own filter models that; left out: it is absolute."""
     base: BaseConfig | None = None
     """It is no craft but a modem at a fixed place."""
+    tasks: TaskList = ()
+    """What it does from the start on, one after another; then what it is for."""
+
+
+class RecordingConfig(Config, frozen=True):
+    """What is recorded of a run."""
+
+    on_full_disk: Literal["stop", "go_on"] = "stop"
+    """``stop``: the run breaks off, saying so; ``go_on``: it goes on unrecorded, saying so. What was written opens."""
 
 
 class ScoreConfig(Config, frozen=True):
@@ -370,13 +380,18 @@ class Scenario(Config, frozen=True, kw_only=True):
     link: LinkConfig = LinkConfig()
     sea: SeaConfig = SeaConfig()
     score: ScoreConfig = ScoreConfig()
+    recording: RecordingConfig = RecordingConfig()
+    standby: dict[Name, StandbyConfig] = field(default_factory=dict)
+    """Craft without a part in the mission; see `grex_link.tasks`."""
+    events: Annotated[tuple[EventConfig, ...], Meta(max_length=100)] = ()
+    tasking: TaskingConfig = TaskingConfig()
     craft: Annotated[dict[Name, CraftConfig], Meta(min_length=1, max_length=200)]
     """The team, in the order of the formation polygon: lines between neighbours do not cross (paper, Fig. 3)."""
 
     @property
     def formation(self) -> list[str]:
-        """Craft that have a part in the mission: all but the bases, in the order of the team."""
-        return [craft for craft, config in self.craft.items() if config.base is None]
+        """Craft that have a part in the mission, in the order of the team: no bases, and nobody who stands by."""
+        return [craft for craft, config in self.craft.items() if config.base is None and craft not in self.standby]
 
     @property
     def bases(self) -> dict[str, BaseConfig]:
@@ -398,6 +413,17 @@ class Scenario(Config, frozen=True, kw_only=True):
     def serial_craft(self) -> list[str]:
         """Craft whose modem is a real one on a serial port: their sound is not in the emulated water."""
         return [craft for craft, config in self.craft.items() if isinstance(config.modem, SerialModem)]
+
+    @property
+    def operators_craft(self) -> str:
+        """Craft on which the operator is: as given, else the first with radio, else with cable, else the first."""
+        if self.tasking.operator is not None:
+            return self.tasking.operator
+        for kind in ("radio", "cable"):
+            tied = {craft for land in self.link.land if land.kind == kind for craft in land.between}
+            if found := [craft for craft in self.craft if craft in tied]:
+                return found[0]
+        return next(iter(self.craft))
 
     @property
     def mavlink_craft(self) -> dict[str, MavlinkFrontseat]:

@@ -39,6 +39,10 @@ class BusError(GrexError):
     """Not everybody is on the bus, or not with the same scenario."""
 
 
+class RecordingError(GrexError):
+    """A recording that cannot be written any more, as on a full disk."""
+
+
 class WireError(GrexError):
     """A compact payload that cannot be packed or unpacked."""
 

@@ -126,6 +126,8 @@ class LandConfig(Config, frozen=True):
 
     between: tuple[Name, Name]
     kind: Literal["cable", "radio"] = "radio"
+    length_m: Positive | None = None
+    """Of a cable: the two craft keep within it. Left out: long enough."""
     every_s: Positive = 1.0
     latency_s: NonNegative = 0.05
     rate_bps: Positive = 1e6

@@ -8,6 +8,8 @@ from typing import Literal
 
 import msgspec
 
+from grex_link.tasks import Task
+
 
 class Message(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=False):
     """Base of everything that travels on the bus."""
@@ -189,12 +191,43 @@ class AgentState(Message, frozen=True):
     """Datagrams since the start that were no team state of a mate."""
     places: list[PlaceBelief] = []
     """Its own position; of a base, that of the craft it watches. Empty while it knows none."""
+    modem_events: int = 0
+    """Modem events since the start that this step and those before it had: what a replay has to give it."""
 
 
 class AgentStates(Message, frozen=True):
     """Agent → bench: one or several states, oldest first; in lockstep they are sent in bundles."""
 
     states: list[AgentState]
+
+
+class TaskOrder(Message, frozen=True):
+    """Operator → agent of the craft he is on: see that a craft does a task."""
+
+    order: str
+    """Name of this order, new for each; one that comes twice is one."""
+    craft: str
+    """Who shall do it."""
+    task: Task
+
+
+class TaskNews(Message, frozen=True):
+    """Agent → bench and operator: what becomes of a task, aboard or on another craft."""
+
+    t_ns: int
+    """By the craft's clock."""
+    order: str
+    """Name of the order, or of the event; for one that came by sound, its sender and number."""
+    craft: str
+    """Who is to do it."""
+    task: Task
+    status: Literal[
+        "queued", "on_air", "echoed", "started", "done", "returned", "interrupted", "refused", "failed"
+    ]  # fmt: skip
+    """Its sender: ``queued``, ``on_air`` (sent for the first time), ``echoed``, then what the echo says, or ``failed``
+    (no echo). Who does it: ``started`` or ``refused``, ``done`` or ``interrupted``, ``returned``."""
+    detail: str = ""
+    """Why, for a person."""
 
 
 class Pose(Message, frozen=True):
@@ -355,6 +388,18 @@ class Clock(Message, frozen=True):
     """Why the mission is over before its time; empty when all went well."""
     t_ns: int = 0
     """``bye``: mission time at which it is over."""
+
+
+class RunStatus(Message, frozen=True):
+    """Hub → whoever watches, about once a wall second: what is run, and how the pace is kept."""
+
+    t_ns: int
+    scenario: str
+    """The whole scenario, as JSON."""
+    everybody: list[str]
+    """Places of all who take part, besides the simulator."""
+    late_ticks: int
+    late_setpoints: int
 
 
 class Presence(Message, frozen=True):

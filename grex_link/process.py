@@ -54,8 +54,14 @@ def _interrupt(number: int, frame: Any) -> NoReturn:
 def die_with_launcher() -> None:
     """Ask the kernel for SIGTERM when the launcher dies, even by SIGKILL (Linux; elsewhere nothing)."""
     launcher = os.environ.get(LAUNCHER_VARIABLE)
-    if not launcher or not sys.platform.startswith("linux"):
+    if launcher:
+        die_with(int(launcher))
+
+
+def die_with(parent: int) -> None:
+    """Let this process be ended when its parent dies; end it now if that has happened (Linux; elsewhere nothing)."""
+    if not sys.platform.startswith("linux"):
         return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != int(launcher):
+    if os.getppid() != parent:
         sys.exit("grex: the launcher is gone")

@@ -1,19 +1,19 @@
-"""Records a run as MCAP: JSON with schemas, so that the field's viewers open it. The only user of mcap."""
+"""Records a run as MCAP, with schemas, so that the field's viewers open it. The only user of mcap."""
 
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import mcap.records
 import msgspec
 from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel
+from mcap.records import Channel, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from grex_link.errors import ConfigError
+from grex_link.errors import ConfigError, RecordingError
 from grex_link.messages import Message
 from grex_link.topics import TOPICS
 
@@ -31,10 +31,19 @@ class Recorder:
         The file to write.
     metadata : dict of str to str
         What belongs to the run as a whole: the scenario, the seed, versions.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be written; so do all methods, with a full disk.
     """
 
     def __init__(self, path: Path, metadata: dict[str, str]) -> None:
-        self._file = path.open("wb")
+        self._path = path
+        try:
+            self._file = path.open("wb")
+        except OSError as error:
+            raise RecordingError(f"cannot record {path}: {error.strerror}") from None
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.LZ4)
         self._writer.start(profile="", library="grex")
         self._writer.add_metadata("grex", metadata)
@@ -48,16 +57,64 @@ class Recorder:
         channel = self._channels.get((topic, craft))
         if channel is None:
             channel = self._channels[topic, craft] = self._register(topic, craft)
-        self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
+        with self._room():
+            self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
+
+    def write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
+        """Record a protobuf message at a mission time.
+
+        Parameters
+        ----------
+        topic : str
+            With its slash.
+        schema : str
+            Full name of its type.
+        descriptors : bytes
+            FileDescriptorSet that holds the type.
+        t_ns : int
+            Mission time, nanoseconds.
+        data : bytes
+            The message.
+        """
+        with self._room():
+            self._write_encoded(topic, schema, descriptors, t_ns, data)
+
+    def _write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
+        channel = self._channels.get((topic, schema))
+        if channel is None:
+            number = self._schemas.get(schema)
+            if number is None:
+                number = self._schemas[schema] = self._writer.register_schema(schema, "protobuf", descriptors)
+            channel = self._channels[topic, schema] = self._writer.register_channel(topic, "protobuf", number)
+        self._writer.add_message(channel, t_ns, data, t_ns)
 
     def flush(self) -> None:
         """Put everything on disk that has been written."""
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        with self._room():
+            self._writer.flush()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
         """Write the index and close the file."""
-        self._writer.finish()  # type: ignore[no-untyped-call]
-        self._file.close()
+        with self._room():
+            try:
+                self._writer.finish()  # type: ignore[no-untyped-call]
+            finally:
+                self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is, without an index: it opens to its last whole chunk."""
+        with suppress(OSError):
+            self._file.close()
+
+    @contextmanager
+    def _room(self) -> Iterator[None]:
+        """Say in one line that the disk is full, or cannot be written for another reason."""
+        try:
+            yield
+        except OSError as error:
+            raise RecordingError(
+                f"cannot go on recording {self._path}: {error.strerror}; what was written opens"
+            ) from None
 
     def _register(self, topic: str, craft: str) -> int:
         row = TOPICS[topic]
@@ -71,6 +128,16 @@ class Recorder:
 def _schema_name(recorded: Any) -> str:
     """Name of a Struct, or of those a union allows."""
     return " or ".join(part.__name__ for part in get_args(recorded) or (recorded,))
+
+
+class Recorded(NamedTuple):
+    """One message of a recording, as it was written."""
+
+    topic: str
+    t_ns: int
+    """Mission time."""
+    data: bytes
+    """JSON."""
 
 
 def read_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) -> list[tuple[str, int, Any]]:
@@ -93,16 +160,37 @@ def read_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) ->
     ConfigError
         If the file is no recording.
     """
+    return [(topic, t_ns, msgspec.json.decode(data)) for topic, t_ns, data in stream_messages(path, wanted)]
+
+
+def stream_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) -> Iterator[Recorded]:
+    """Read a recording message by message; see `read_messages`. What is not JSON is left out."""
     channels: dict[int, str] = {}
-    messages = []
     with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
         for record in StreamReader(file).records:
             if isinstance(record, Channel):
-                if wanted(record.topic):
+                if record.message_encoding == "json" and wanted(record.topic):
                     channels[record.id] = record.topic
             elif isinstance(record, mcap.records.Message) and record.channel_id in channels:
-                messages.append((channels[record.channel_id], record.log_time, msgspec.json.decode(record.data)))
-    return messages
+                yield Recorded(channels[record.channel_id], record.log_time, record.data)
+
+
+def read_scenario(path: Path) -> str:
+    """Read from a recording which scenario was run, as JSON.
+
+    Raises
+    ------
+    ConfigError
+        If the file is no recording of a run.
+    """
+    try:
+        with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
+            for record in StreamReader(file).records:
+                if isinstance(record, Metadata) and "scenario" in record.metadata:
+                    return record.metadata["scenario"]
+    except OSError as error:
+        raise ConfigError(str(path), f"cannot read the recording: {error.strerror}") from None
+    raise ConfigError(str(path), "is no recording of a GREX run: it names no scenario")
 
 
 def read_metadata(path: Path) -> dict[str, str]:

@@ -13,6 +13,7 @@ from grex_link.config import Scenario, SimFrontseat
 from grex_link.errors import ConfigError
 from grex_link.fleet import spell_out
 from grex_link.link_check import check_link
+from grex_link.task_check import check_tasks
 from grex_link.topics import is_reserved
 
 _UNKNOWN = re.compile(r"Object contains unknown field `(.+?)`", re.DOTALL)
@@ -164,12 +165,12 @@ def _check_names(scenario: Scenario) -> None:
             )
     _check_bases(scenario)
     check_link(scenario)
-    _check_mission_names(scenario)
+    check_tasks(scenario)
     _check_limits(scenario)
 
 
 def _check_bases(scenario: Scenario) -> None:
-    if not scenario.formation:
+    if scenario.bases.keys() == scenario.craft.keys():
         raise ConfigError("$.craft", "there are only bases; at least one craft must move")
     for base, config in scenario.bases.items():
         if config.watch not in scenario.formation:
@@ -178,21 +179,6 @@ def _check_bases(scenario: Scenario) -> None:
         for table in ("inertial", "frontseat"):
             if getattr(scenario.craft[base], table) not in {None, SimFrontseat()}:
                 raise ConfigError(f"$.craft.{base}.{table}", "a base stays where it is; leave it out")
-
-
-def _check_mission_names(scenario: Scenario) -> None:
-    mission = scenario.mission
-    table = "craft" if hasattr(mission, "craft") else "formation_m"
-    planned = getattr(mission, table)
-    for craft in planned:
-        if craft in scenario.bases:
-            raise ConfigError(f"$.mission.{table}.{craft}", "is a base, which has no part in the mission")
-        if craft not in scenario.craft:
-            known = ", ".join(scenario.craft)
-            raise ConfigError(f"$.mission.{table}.{craft}", f"unknown craft; there are {known}")
-    for craft in scenario.formation:
-        if craft not in planned:
-            raise ConfigError(f"$.mission.{table}.{craft}", "is missing: every craft needs its part in the mission")
 
 
 def _check_limits(scenario: Scenario) -> None:

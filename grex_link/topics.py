@@ -4,14 +4,14 @@ The bus, the recorder, the health page, access control and the tests are all dri
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from grex_link import messages as m
 
-Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link"]
+Role = Literal["frontseat", "navigation", "agent", "modem", "sim", "link", "view", "operator"]
 
 #: Names a craft may not have: they are the places of other participants on the bus.
-RESERVED = frozenset({"sim", "link", "up", "truth"})
+RESERVED = frozenset({"sim", "link", "up", "truth", "operator"})
 _MODEM = "modem_"
 _FRONTSEAT = "frontseat_"
 
@@ -49,7 +49,7 @@ class Topic:
     type : type
         The Struct that travels there.
     writers, readers : tuple of str
-        Roles; ``sim`` reads what it must count or record.
+        Roles; ``sim`` reads what it must count or record, ``view`` is whoever watches.
     rate : str
         Nominal rate: every tick, or on an event.
     recorded : type or None
@@ -88,6 +88,9 @@ TOPICS: dict[str, Topic] = {
               recorded=m.AgentState),
         Topic("port", "{craft}/port", m.PortLedger, ("agent",), ("sim",), "event",
               recorded=m.PortLedger),
+        Topic("task", "{craft}/task", m.TaskOrder, ("operator",), ("agent",), "event", recorded=None),
+        Topic("task_news", "{craft}/task/news", m.TaskNews, ("agent",), ("sim", "operator"), "event",
+              recorded=m.TaskNews),
         Topic("oracle", "{craft}/oracle", m.Truth, ("sim",), ("agent",), "tick", recorded=None, flush=False),
         Topic("clock", "{craft}/clock", m.Clock, ("sim",), ("agent", "frontseat", "modem", "link"), "event",
               recorded=None),
@@ -95,6 +98,7 @@ TOPICS: dict[str, Topic] = {
         Topic("advance", "link/advance", m.Advance, ("sim",), ("link",), "event", recorded=None),
         Topic("report", "link/report", m.LinkReport, ("link",), ("sim",), "event", recorded=None),
         Topic("ledger", "link/ledger", m.LinkLedger, ("link",), ("sim",), "event", recorded=m.LinkLedger),
+        Topic("status", "sim/status", m.RunStatus, ("sim",), ("view",), "event", recorded=None),
         Topic("link_event", "link/event", m.LinkEvent, (), (), "event", recorded=m.LinkEvent),
     )
 }  # fmt: skip
@@ -110,6 +114,48 @@ def presence_key(team: str, who: str, scenario: str) -> str:
     return f"grex/{team}/up/{who}/{scenario}"
 
 
+def is_presence(name: str) -> bool:
+    """Whether a key is that of a liveliness token."""
+    parts = name.split("/")
+    return len(parts) == 5 and parts[2] == "up"
+
+
+def who_of(name: str) -> tuple[str, str]:
+    """Team and place of the participant whose liveliness token this key is."""
+    _, team, _, who, _ = name.split("/")
+    return team, who
+
+
+class Place(NamedTuple):
+    """What a key on the bus stands for."""
+
+    team: str
+    topic: Topic
+    craft: str
+    """Or the place of a participant; empty for a topic that there is once."""
+
+
+def place_of(name: str) -> Place | None:
+    """Tell what a whole key stands for; None if it is none of the table's.
+
+    Parameters
+    ----------
+    name : str
+        For instance ``grex/grex/auv1/modem/tx``.
+    """
+    root, _, rest = name.partition("/")
+    team, _, below = rest.partition("/")
+    first, _, last = below.partition("/")
+    if root != "grex":
+        return None
+    for topic in TOPICS.values():
+        if topic.key == below:
+            return Place(team, topic, "")
+        if last and topic.key == "{craft}/" + last:
+            return Place(team, topic, first)
+    return None
+
+
 def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
     """Return (topic, craft) pairs that a participant reads; ``*`` for all craft.
 
@@ -118,7 +164,7 @@ def subscriptions(role: Role, who: str) -> list[tuple[str, str]]:
     Parameters
     ----------
     role : str
-        ``agent``, ``frontseat``, ``modem``, ``link`` or ``sim``.
+        ``agent``, ``frontseat``, ``modem``, ``link``, ``sim`` or ``operator``.
     who : str
         Its place on the bus: the craft's name for an agent, `frontseat_place` for a frontseat, `modem_place` for a
         modem's driver, else the role.

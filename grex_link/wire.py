@@ -15,7 +15,7 @@ heading    9                  360/512 degrees
 track      8     8      8     number of the present track
 theta      12    12     12    degree of execution of that track (eq. 1), 1/4095
 sigma      5                  class c: at most 0.1 m · 2^(c/2)
-flags      8                  bit 0: navigation valid
+flags      8                  bit 0: navigation valid; bit 1: on a task of its own, not to be waited for
 =========  ====  =====  ====  ==================================================================
 
 The full form has 120 bits, the short one 64. The tiny one has 34, what a JANUS packet carries, and is filled up to 5
@@ -26,7 +26,7 @@ does not carry is NaN in the state that is read; the receiver finds it in the pl
 """
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 import bitstruct
 import msgspec
@@ -46,6 +46,13 @@ TIME_STEP_S = 0.05
 SHORT_POSITION_STEP_M = 1.0
 SHORT_TIME_STEP_S = 0.5
 NAVIGATION_VALID = 1
+ON_TASK = 2
+
+
+def compiled(layout: str) -> Any:
+    """Compile the layout of a payload of another file; bitstruct is known here only."""
+    return bitstruct.compile(layout)
+
 
 _FULL = bitstruct.compile("u4u4u16s17s17u12u8u9u8u12u5u8")
 _SHORT = bitstruct.compile("u4u12s14s14u8u12")

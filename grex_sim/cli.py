@@ -16,6 +16,11 @@ from grex_link.__main__ import link
 from grex_link.console import AsJson, Overrides, ScenarioFile
 from grex_link.process import run_process
 from grex_sim.autopilot.__main__ import autopilot
+from grex_sim.bus_options import echo, hz, topics
+from grex_sim.campaign.command import campaign
+from grex_sim.recorded_commands import export, replay, report
+from grex_sim.task_cli import task
+from grex_sim.view.command import view
 
 Pace = Annotated[
     Literal["lockstep", "live"] | float | None,
@@ -76,7 +81,8 @@ def run(
             options = [part for value in arguments for part in ("--set", value)]
             with Launch(config, [str(scenario), *options], folder) as launch:
                 summary = launch.wait(progress)
-    report.draw(folder, config, plan)
+    if not summary.recording_fault:
+        report.draw(folder, config, plan)
     print(to_json(summary) if as_json else as_text(summary))  # noqa: T201
 
 
@@ -280,11 +286,19 @@ LINK_STATS = "link stats"
 COMMANDS: dict[str, Callable[..., Any]] = {
     "run": run,
     "check": check,
+    "campaign": campaign,
+    "report": report,
+    "replay": replay,
+    "export": export,
     "table1": table1,
     "bench": bench,
     "study": study,
     "medium": medium,
     "modems": modems,
+    "view": view,
+    "topics": topics,
+    "echo": echo,
+    "hz": hz,
     "example": example,
     "agent": agent,
     "modem": modem,
@@ -294,6 +308,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     # A name of two words, as which `_join` passes `grex link stats`: `grex link` itself takes a scenario.
     LINK_STATS: link_stats,
     "sim": sim,
+    "task": task,
 }
 
 

@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
+
 from grex_agent.mission import TeamPlan
 from grex_agent.team.interface import needs_oracle
 from grex_link import clock
 from grex_link.config import Scenario
 from grex_link.errors import BusError, FaultError
-from grex_link.messages import Clock, Fix, LinkReport, Presence
+from grex_link.messages import Clock, Fix, LinkReport, Presence, RunStatus
 from grex_link.node import Outlet
 from grex_link.scenario import fingerprint
 from grex_link.topics import craft_of, frontseat_place, modem_place
@@ -19,6 +21,7 @@ from grex_sim.sea import Sea
 #: Called now and then with the mission time, seconds.
 Progress = Callable[[float], None]
 _PROGRESS_S = 0.2
+_STATUS_S = 1.0
 
 
 class Hub:
@@ -59,6 +62,8 @@ class Hub:
         self._logbook = logbook
         self._progress = progress
         self._progress_at = 0.0
+        self._status_at = 0.0
+        self._scenario = msgspec.json.encode(scenario).decode()
         self.opened_at = clock.monotonic_s()
         self._start_by = self.opened_at + scenario.clock.start_timeout_s
 
@@ -163,6 +168,15 @@ class Hub:
         if now >= self._progress_at:
             self._progress_at = now + _PROGRESS_S
             self._progress(self.now_s)
+        if now >= self._status_at:
+            self._status_at = now + _STATUS_S
+            self._tell_status()
+
+    def _tell_status(self) -> None:
+        """Tell whoever watches; nobody who takes part reads it."""
+        late_ticks, late_setpoints = self._logbook.late_ticks, self._logbook.late_setpoints
+        status = RunStatus(self._sea.truth.t_ns, self._scenario, self._everybody, late_ticks, late_setpoints)
+        self._outlet.put("status", "", status)
 
     # -- presence -------------------------------------------------------------------------------------------------
 

@@ -162,7 +162,12 @@ class Launch:
         words = self._last_words(who)
         if status == ConfigError.exit_status:
             return _as_error(words, status)
-        return FaultError(who, f"ended with status {status} ({words or 'no word why'})", self._time_s)
+        return FaultError(who, f"ended with status {status} ({words or self._silence()})", self._time_s)
+
+    def _silence(self) -> str:
+        """Say why somebody has not said anything, if that can be seen."""
+        full = os.statvfs(self._out).f_bavail == 0
+        return f"no word why: the disk of {self._out} is full" if full else "no word why"
 
     def _last_words(self, who: str) -> str:
         lines = (self._out / f"{who.replace(' ', '-')}.log").read_text(errors="replace").strip().splitlines()

@@ -16,8 +16,8 @@ from grex_link.ledger import EDGES_S, Ledger, faults
 from grex_link.messages import LinkEvent, LinkLedger, PathLedger, PortLedger, SourceLedger, Truth
 from grex_link.profile import ModemProfile, load_profile
 from grex_link.recorder import read_messages, read_metadata
+from grex_link.recording import recording_file
 from grex_link.units import NS
-from grex_sim.run import RECORDING_FILE
 
 
 class Spread(msgspec.Struct, frozen=True):
@@ -112,8 +112,8 @@ class _Recording:
         self.ledger: LinkLedger | None = None
         self.ports: dict[str, PortLedger] = {}
         self.end_ns = 0
-        self.profile = _profile(_recording_file(run))
-        for topic, t_ns, message in read_messages(_recording_file(run), _wanted):
+        self.profile = _profile(recording_file(run))
+        for topic, t_ns, message in read_messages(recording_file(run), _wanted):
             try:
                 self._take(topic, t_ns, message)
             except msgspec.ValidationError as error:
@@ -132,15 +132,6 @@ class _Recording:
             self.ledger = msgspec.convert(message, LinkLedger)
         else:
             self.ports[topic.split("/")[1]] = msgspec.convert(message, PortLedger)
-
-
-def _recording_file(run: Path) -> Path:
-    file = run / RECORDING_FILE if run.is_dir() else run
-    if not run.exists():
-        raise ConfigError(str(run), "is no run: there is no such folder")
-    if not file.is_file():
-        raise ConfigError(str(run), f"is no run: there is no {RECORDING_FILE} in it")
-    return file
 
 
 def _wanted(topic: str) -> bool:

@@ -3,13 +3,15 @@
 import hashlib
 from array import array
 from collections import deque
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from grex_link import log
+from grex_link.errors import RecordingError
 from grex_link.messages import (
     AgentState,
     AgentStates,
@@ -18,10 +20,15 @@ from grex_link.messages import (
     Message,
     PortLedger,
     Setpoint,
+    TaskNews,
     Truth,
 )
 from grex_link.recorder import Recorder
+from grex_sim.cables import Cable, CableWatch
 from grex_sim.navigation_errors import BelievedPlaces
+
+if TYPE_CHECKING:
+    from grex_sim.foxglove_scene import FoxgloveScene
 
 #: Messages that are written in one go when there is time, and that may wait for it.
 _SOME = 4
@@ -36,6 +43,10 @@ class Logbook:
     ----------
     recorder : Recorder or None
         Where messages are recorded; None records nothing.
+    scene : FoxgloveScene or None
+        Turns true poses into what viewers draw, to be recorded beside them.
+    watch : CableWatch or None
+        Measures the cables, if there are any.
 
     Attributes
     ----------
@@ -47,14 +58,29 @@ class Logbook:
         The newest ledger of the water.
     ports : dict of str to PortLedger
         The newest ledger of each craft's modem port.
+    task_news : list of (str, TaskNews)
+        Who said what of which task.
     late_ticks, late_setpoints : int
         Live paces: what did not keep up.
     places : BelievedPlaces
         Where the agents took themselves and others to be.
     """
 
-    def __init__(self, recorder: Recorder | None = None) -> None:
+    def __init__(
+        self,
+        recorder: Recorder | None = None,
+        scene: "FoxgloveScene | None" = None,
+        watch: CableWatch | None = None,
+        *,
+        stop_when_full: bool = True,
+    ) -> None:
         self._recorder = recorder
+        self._scene = scene
+        self._watch = watch
+        self._written_ns = 0
+        self._stop_when_full = stop_when_full
+        #: Why nothing more is recorded; empty as long as it is.
+        self.recording_fault = ""
         self._encode = msgspec.msgpack.Encoder().encode
         self._hashes = {name: hashlib.sha256() for name in ("truth", "link", "setpoints")}
         self._positions = array("d")
@@ -66,6 +92,7 @@ class Logbook:
         self.delivered = self.overheard = self.lost = 0
         self.ledger: LinkLedger | None = None
         self.ports: dict[str, PortLedger] = {}
+        self.task_news: list[tuple[str, TaskNews]] = []
         self.late_ticks = self.late_setpoints = 0
         self.bad_frames: dict[str, int] = {}
         self.adrift_steps: dict[str, int] = {}
@@ -75,6 +102,8 @@ class Logbook:
     def truth(self, truth: Truth) -> None:
         """Take down the true poses of a tick."""
         self._craft = len(truth.poses)
+        if self._watch is not None:
+            self._watch.see(truth)
         for pose in truth.poses:
             self._positions.append(pose.north_m)
             self._positions.append(pose.east_m)
@@ -129,6 +158,8 @@ class Logbook:
                 self.ledger = message
             elif isinstance(message, PortLedger):
                 self.ports[craft] = message
+            elif isinstance(message, TaskNews):
+                self.task_news.append((craft, message))
 
     def write_some(self) -> bool:
         """Write a few of the messages that have piled up; False if there are none."""
@@ -144,22 +175,39 @@ class Logbook:
             self._write_all()
         if due:
             self._write_at = now_s + _WRITE_S
-            if self._recorder is not None:
-                self._recorder.flush()
+            self._record(Recorder.flush)
 
     def close(self) -> None:
         """Close the recording."""
         self._write_all()
-        if self._recorder is not None:
-            self._recorder.close()
+        for encoded in self._scene.end(self._written_ns) if self._scene is not None else ():
+            self._record(Recorder.write_encoded, *encoded)
+        self._record(Recorder.close)
 
     def _write_all(self) -> None:
         while self._unwritten:
             self._write(*self._unwritten.popleft())
 
     def _write(self, topic: str, craft: str, message: Any) -> None:
-        if self._recorder is not None:
-            self._recorder.write(topic, craft, message.t_ns, message)
+        self._record(Recorder.write, topic, craft, message.t_ns, message)
+        if self._scene is not None and self._recorder is not None and topic == "truth":
+            self._written_ns = message.t_ns
+            for encoded in self._scene.at(message):
+                self._record(Recorder.write_encoded, *encoded)
+
+    def _record(self, deed: Callable[..., None], *arguments: Any) -> None:
+        """Do something to the recording, if there is one; when the disk is full there is none any more."""
+        if self._recorder is None:
+            return
+        try:
+            deed(self._recorder, *arguments)
+        except RecordingError as error:
+            self._recorder.abandon()
+            self._recorder = None
+            self.recording_fault = str(error)
+            if self._stop_when_full:
+                raise
+            log.warn(self.recording_fault)
 
     def _note_health(self, craft: str, state: AgentState) -> None:
         if state.bad_frames:
@@ -167,6 +215,11 @@ class Logbook:
         for word in state.health:
             words = self.unhealthy_steps.setdefault(craft, {})
             words[word] = words.get(word, 0) + 1
+
+    @property
+    def cables(self) -> list[Cable]:
+        """Every cable as measured so far."""
+        return [] if self._watch is None else self._watch.cables
 
     @property
     def positions(self) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from grex_link.config import Lawnmower, Scenario
 from grex_link.profile import ModemProfile, load_profile
 from grex_sim.layout import entry, table
 from grex_sim.link_text import LinkText
+from grex_sim.task_text import tasking
 
 _LISTED = 6
 
@@ -45,6 +46,7 @@ def plan_text(scenario: Scenario, plan: TeamPlan) -> str:
         "\n".join(_starts(plan)),
         "\n".join(_autopilots(scenario)),
         "\n".join(_tracks(plan)),
+        "\n".join(tasking(scenario, plan)),
         "\n".join(link.access()),
         "\n".join(link.message()),
         "\n".join(_modem(scenario.link.profile, profile)),
@@ -112,7 +114,7 @@ def _flow(current_ned_mps: tuple[float, float, float]) -> str:
 
 def _starts(plan: TeamPlan) -> Iterator[str]:
     rows = []
-    for craft, craft_plan in plan.craft.items():
+    for craft, craft_plan in plan.everybody.items():
         north, east, course = craft_plan.start
         degrees = f"{math.degrees(course) % 360.0:.1f}"
         rows.append((craft, f"{north:z.1f}", f"{east:z.1f}", f"{craft_plan.start_depth_m:z.1f}", degrees))

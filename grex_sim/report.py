@@ -1,7 +1,6 @@
-"""Pictures of plans and runs; the only user of matplotlib, which is imported when there is something to draw.
+"""Pictures of plans and runs.
 
-Pictures of tracks have north up and east to the right. Colours are Okabe and Ito's, which the colour-blind can tell
-apart; where they run out, lines are broken in other ways, and craft are numbered in the order of the team.
+Pictures of tracks have north up and east to the right; craft are numbered in the order of the team.
 """
 
 import math
@@ -17,21 +16,22 @@ from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.mission import CraftPlan, TeamPlan
 from grex_agent.path import Track
 from grex_link.config import Scenario
-from grex_link.errors import ConfigError
+from grex_sim.canvas import colour as _colour
+from grex_sim.canvas import dash as _dash
+from grex_sim.canvas import new_figure as _figure
+from grex_sim.canvas import save as _save
+from grex_sim.canvas import thin
 from grex_sim.plan_text import plan_text
-from grex_sim.score import Series
+from grex_sim.report_events import mark_events
+from grex_sim.score import Score, Series
 from grex_sim.summary import SERIES_FILE
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from grex_sim.canvas import Axes, Figure
 
-__all__ = ["draw", "draw_plan", "plan_text", "relative_positions"]
+__all__ = ["draw", "draw_plan", "plan_text", "relative_positions", "run_figure"]
 
 PICTURE_FILE = "run.png"
-_DOTS_PER_INCH = 110
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-_DASHES = ("-", "--", ":", "-.", (0, (8, 2, 1, 2, 1, 2)))
 #: The parts of fd(k): column of series.csv, name, unit, shade.
 _PARTS = (
     ("fd_distance", "distance", "m", "#d0d7de"),
@@ -49,10 +49,14 @@ _Taken = dict[tuple[int, int], list[tuple[float, float]]]
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """What a run's series.csv holds: t_s and fd's columns by name, and positions of shape (l, craft, 2)."""
+    """What a run's series.csv holds: t_s and fd's columns by name, and positions of shape (l, craft, 2).
+
+    `members` has the positions of the formation alone.
+    """
 
     columns: dict[str, Series]
     positions: Series
+    members: Series
 
 
 def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
@@ -77,18 +81,43 @@ def draw(folder: Path, scenario: Scenario, plan: TeamPlan) -> Path | None:
     ConfigError
         If the picture cannot be written.
     """
-    run = _read(folder / SERIES_FILE, scenario.formation)
+    run = _read(folder / SERIES_FILE, list(scenario.craft), list(plan.craft))
     if run is None:
         return None
+    return _save(_draw_run(scenario, plan, run), folder / PICTURE_FILE)
+
+
+def run_figure(scenario: Scenario, plan: TeamPlan, t_s: Series, result: Score, positions: Series) -> "Figure":
+    """Draw the same of a run that is in memory.
+
+    Parameters
+    ----------
+    scenario, plan
+        What was asked for, and planned.
+    t_s : ndarray, shape (l,)
+        Mission time of the ticks.
+    result : Score
+        fd(k) and its parts.
+    positions : ndarray, shape (l, craft, 2)
+        True north and east, metres.
+    """
+    columns = {"t_s": t_s, "fd": result.fd_series}
+    columns |= {"fd_distance": result.distance, "fd_angle": result.angle, "fd_xte": result.xte}
+    places = [place for place, craft in enumerate(scenario.craft) if craft in plan.craft]
+    return _draw_run(scenario, plan, _Run(columns, positions, positions[:, places]))
+
+
+def _draw_run(scenario: Scenario, plan: TeamPlan, run: _Run) -> "Figure":
     figure = _figure(14.0, 10.5)
     axes: dict[str, Axes] = figure.subplot_mosaic(**_arrangement(plan))
     _draw_tracks(axes["tracks"], run, plan)
+    mark_events(axes["tracks"], scenario)
     _draw_deviation(axes["fd"], run)
     if "relative" in axes:
         _draw_relative(axes["relative"], run, plan)
     subtitle = f"estimator {scenario.team.estimator}, {len(scenario.craft)} craft, {run.columns['t_s'][-1]:.0f} s"
     _finish(figure, scenario, subtitle)
-    return _save(figure, folder / PICTURE_FILE)
+    return figure
 
 
 def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
@@ -114,10 +143,11 @@ def draw_plan(path: Path, scenario: Scenario, plan: TeamPlan) -> None:
     _set_up_map(axes)
     axes.set_title("Planned tracks, with their numbers")
     _fill_formation(axes, np.array([craft.point(0.0) for craft in plan.craft.values()]), "formation at the start")
-    for place, craft in enumerate(plan.craft.values()):
+    for place, craft in _members(plan):
         axes.plot(*_path(craft).T[::-1], color=_colour(place), linestyle=_dash(place), linewidth=1.6)
     _mark_ends(axes, plan)
     _mark_tracks(axes, plan, 0.035 * math.hypot(north, east))
+    mark_events(axes, scenario)
     _name_craft(axes, plan)
     _finish(figure, scenario, f"{len(scenario.craft)} craft, {plan.duration_s:.0f} s")
     _save(figure, path)
@@ -169,7 +199,12 @@ def _seen_from_first(positions: Series, headings: Series) -> Series:
     return np.stack([ahead, starboard], axis=-1)
 
 
-def _read(path: Path, team: Sequence[str]) -> _Run | None:
+def _members(plan: TeamPlan) -> Iterator[tuple[int, CraftPlan]]:
+    """Yield place in the team and plan of those who are in the formation."""
+    return ((place, each) for place, (craft, each) in enumerate(plan.everybody.items()) if craft in plan.craft)
+
+
+def _read(path: Path, team: Sequence[str], members: Sequence[str]) -> _Run | None:
     """Read a series; None if there is none, or one without steps."""
     if not path.is_file():
         return None
@@ -179,7 +214,8 @@ def _read(path: Path, team: Sequence[str]) -> _Run | None:
     table = np.loadtxt(rows, delimiter=",", ndmin=2)
     columns = dict(zip(names.split(","), table.T, strict=True))
     places = [[columns[f"{craft}_{axis}_m"] for axis in ("north", "east")] for craft in team]
-    return _Run(columns, np.array(places).transpose(2, 0, 1))
+    positions = np.array(places).transpose(2, 0, 1)
+    return _Run(columns, positions, positions[:, [team.index(craft) for craft in members]])
 
 
 # -- the three panels of a run ------------------------------------------------------------------------------------
@@ -200,14 +236,14 @@ def _arrangement(plan: TeamPlan) -> dict[str, Any]:
 def _draw_tracks(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
     _set_up_map(axes)
     axes.set_title("Tracks")
-    for place, craft in enumerate(plan.craft.values()):
-        label = "" if place else "planned track"
+    for number, craft in enumerate(plan.craft.values()):
+        label = "" if number else "planned track"
         axes.plot(*_path(craft).T[::-1], color="0.82", linewidth=2.5, label=label)
     steps = np.unique(np.linspace(0, len(run.positions) - 1, _FORMATIONS).astype(int))
     for step in steps:
-        _fill_formation(axes, run.positions[step], "" if step else "formation")
+        _fill_formation(axes, run.members[step], "" if step else "formation")
     thin = _thin(run.positions)
-    for place in range(len(plan.craft)):
+    for place in range(len(plan.everybody)):
         axes.plot(thin[:, place, 1], thin[:, place, 0], color=_colour(place), linestyle=_dash(place), linewidth=1.2)
     _mark_ends(axes, plan)
     _name_craft(axes, plan)
@@ -231,7 +267,7 @@ def _draw_deviation(axes: "Axes", run: _Run) -> None:
 
 
 def _draw_relative(axes: "Axes", run: _Run, plan: TeamPlan) -> None:
-    desired, real = relative_positions(run.positions, plan)
+    desired, real = relative_positions(run.members, plan)
     errors = np.hypot(*(real - desired).transpose(2, 0, 1))
     _set_up_map(axes, "starboard (m)", "ahead (m)")
     axes.set_title(
@@ -264,7 +300,7 @@ def _fill_formation(axes: "Axes", places: Series, label: str) -> None:
 
 
 def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:
-    starts = np.array([craft.point(0.0) for craft in plan.craft.values()])
+    starts = np.array([craft.point(0.0) for craft in plan.everybody.values()])
     axes.scatter(
         starts[:, 1],
         starts[:, 0],
@@ -279,12 +315,12 @@ def _mark_ends(axes: "Axes", plan: TeamPlan) -> None:
 def _mark_tracks(axes: "Axes", plan: TeamPlan, apart_m: float) -> None:
     """Put numbers and arrows on the tracks, as many as find room."""
     taken: _Taken = {}
-    for place, craft in enumerate(plan.craft.values()):
+    for place, craft in _members(plan):
         for number, track in enumerate(craft.tracks):
             north, east = track.point(0.5)
             if _find_room(taken, north / apart_m, east / apart_m):
                 _put_number(axes, number, north, east, _colour(place))
-    for place, craft in enumerate(plan.craft.values()):
+    for place, craft in _members(plan):
         for track in craft.tracks:
             if _find_room(taken, *(metres / apart_m for metres in track.point(0.25))):
                 _put_arrow(axes, track, _colour(place))
@@ -313,9 +349,9 @@ def _put_arrow(axes: "Axes", track: Track, colour: str) -> None:
 
 def _name_craft(axes: "Axes", plan: TeamPlan) -> None:
     """Enter the craft into the legend, with their numbers."""
-    names = list(plan.craft)
+    names = list(plan.everybody)
     for place, craft in enumerate(names[:_LEGEND_MAX]):
-        label = f"{place + 1}: {craft}"
+        label = f"{place + 1}: {craft}" + (" (stands by)" if craft in plan.standby else "")
         axes.plot([], [], color=_colour(place), linestyle=_dash(place), linewidth=1.8, label=label)
     if len(names) > _LEGEND_MAX:
         axes.plot([], [], " ", label=f"and {len(names) - _LEGEND_MAX} more")
@@ -333,7 +369,7 @@ def _points(track: Track) -> Iterator[tuple[float, float]]:
 
 def _extent(plan: TeamPlan) -> tuple[float, float]:
     """Size of all planned tracks to the north and to the east, metres, never 0."""
-    points = np.concatenate([_path(craft) for craft in plan.craft.values()])
+    points = np.concatenate([_path(craft) for craft in plan.everybody.values()])
     north, east = np.maximum(points.max(axis=0) - points.min(axis=0), 1.0).tolist()
     return north, east
 
@@ -341,26 +377,9 @@ def _extent(plan: TeamPlan) -> tuple[float, float]:
 # -- figures ------------------------------------------------------------------------------------------------------
 
 
-def _colour(place: int) -> str:
-    return _COLOURS[place % len(_COLOURS)]
-
-
-def _dash(place: int) -> Any:
-    return _DASHES[place // len(_COLOURS) % len(_DASHES)]
-
-
 def _thin(series: Series) -> Series:
     """Leave out steps that no picture could show."""
-    return series[:: math.ceil(len(series) / _SAMPLES_MAX)]
-
-
-def _figure(width_inch: float, height_inch: float) -> "Figure":
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure((width_inch, height_inch), dpi=_DOTS_PER_INCH, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return thin(series, _SAMPLES_MAX)
 
 
 def _finish(figure: "Figure", scenario: Scenario, subtitle: str) -> None:
@@ -375,11 +394,3 @@ def _finish(figure: "Figure", scenario: Scenario, subtitle: str) -> None:
                 labels.append(label)
     columns = max(1, min(len(labels), 150 // (6 + max(map(len, labels)))))
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
-
-
-def _save(figure: "Figure", path: Path) -> Path:
-    try:
-        figure.savefig(path, format=path.suffix[1:] or "png")
-    except (OSError, ValueError) as error:
-        raise ConfigError("--out", f"cannot write the picture {path}: {error}") from None
-    return path

@@ -3,26 +3,27 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import msgspec
-
 from grex_agent.core import AgentCore
 from grex_agent.mission import TeamPlan, plan_mission
 from grex_agent.separation import check_separation
 from grex_agent.shell import Agent
 from grex_link import clock
-from grex_link.bus import MemoryBus, ZenohBus, serve
+from grex_link.bus import ZenohBus, serve
 from grex_link.config import Scenario
 from grex_link.emulator import Emulator
-from grex_link.errors import ConfigError, FaultError
+from grex_link.errors import ConfigError, FaultError, RecordingError
+from grex_link.memory_bus import MemoryBus
 from grex_link.node import Outlet
 from grex_link.recorder import Recorder
+from grex_link.recording import RECORDING_FILE, run_metadata
+from grex_sim.cables import CableWatch
 from grex_sim.hub import Hub, Progress
 from grex_sim.live import LiveHub
 from grex_sim.lockstep import LockstepHub
 from grex_sim.logbook import Logbook
+from grex_sim.score import Score
 from grex_sim.summary import Summary, summarise, write_files
 
-RECORDING_FILE = "run.mcap"
 #: Less than the launcher gives on Ctrl-C, so that the summary is written before.
 _FAREWELL_S = 1.0
 
@@ -41,8 +42,8 @@ def check_scenario(scenario: Scenario) -> TeamPlan:
     return plan
 
 
-def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress) -> Summary:
-    """Run everybody in this process, on the memory bus."""
+def check_in_process(scenario: Scenario) -> TeamPlan:
+    """Check as `check_scenario` does, and that nobody needs a process of its own."""
     plan = check_scenario(scenario)
     for craft in scenario.serial_craft:
         raise ConfigError(
@@ -52,6 +53,12 @@ def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress
         raise ConfigError(
             f"$.craft.{craft}.frontseat.type", "a craft on MAVLink needs its own process: run without --in-process"
         )
+    return plan
+
+
+def simulate_in_process(scenario: Scenario, out: Path | None, progress: Progress) -> Summary:
+    """Run everybody in this process, on the memory bus."""
+    plan = check_in_process(scenario)
     bus = MemoryBus()
 
     def play(hub: Hub) -> None:
@@ -94,11 +101,15 @@ def _simulate(
     progress: Progress,
 ) -> Summary:
     """Let a hub play a scenario, and write down what came of it, even if it breaks off."""
-    recorder = None
+    recorder = scene = None
     if out is not None:
+        from grex_sim.foxglove_scene import FoxgloveScene  # protobuf takes a tenth of a second
+
+        scene = FoxgloveScene(scenario, plan)
         out.mkdir(parents=True, exist_ok=True)
-        recorder = Recorder(out / RECORDING_FILE, {"scenario": msgspec.json.encode(scenario).decode()})
-    logbook = Logbook(recorder)
+        recorder = Recorder(out / RECORDING_FILE, run_metadata(scenario))
+    stop_when_full = scenario.recording.on_full_disk == "stop"
+    logbook = Logbook(recorder, scene, CableWatch(scenario), stop_when_full=stop_when_full)
     build = LockstepHub if scenario.clock.lockstep else LiveHub
     hub = build(scenario, plan, outlet, logbook, progress)
     fault = "interrupted"
@@ -112,7 +123,8 @@ def _simulate(
         progress(hub.now_s)
         now = clock.monotonic_s()
         started_at = now if hub.started_at is None else hub.started_at
-        logbook.close()
+        unrecorded = _close(logbook)
+        fault = fault or str(unrecorded or "")
         summary, result = summarise(
             scenario,
             plan,
@@ -123,8 +135,29 @@ def _simulate(
             fault=fault,
         )
         if out is not None:
-            write_files(out, scenario, logbook, summary, result)
+            _write(out, scenario, logbook, summary, result)
+    if unrecorded is not None:
+        raise unrecorded
     return summary
+
+
+def _close(logbook: Logbook) -> RecordingError | None:
+    """Close the recording, and hand back what hinders that: there is a summary to be written."""
+    try:
+        logbook.close()
+    except RecordingError as error:
+        return error
+    return None
+
+
+def _write(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
+    """Write summary and series; where there is no room for them, the summary says it to whom it is shown."""
+    try:
+        write_files(out, scenario, logbook, summary, result)
+    except RecordingError as error:
+        summary.recording_fault = summary.recording_fault or str(error)
+        if summary.complete and scenario.recording.on_full_disk == "stop":
+            raise
 
 
 def _see_off(bus: ZenohBus, hub: Hub, reason: str) -> None:

@@ -62,7 +62,11 @@ def score(positions: Series, plan: TeamPlan, weights: ScoreConfig) -> Score:
         ξ1, ξ2, ξ3.
     """
     real = positions[1:]
-    planned, xte = _plan_along(real, plan)
+    return judge(real, *_plan_along(real, plan), weights)
+
+
+def judge(real: Series, planned: Series, xte: Series, weights: ScoreConfig) -> Score:
+    """Compare true with planned positions, both of shape (l, craft, 2), and weigh; `xte` has shape (l, craft)."""
     craft = real.shape[1]
     distance = np.abs(_distances(planned) - _distances(real)).sum(axis=1) / max(craft, 1)
     angle = np.abs(_angles(planned) - _angles(real)).sum(axis=1) / max(craft - 1, 1)

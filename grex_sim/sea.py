@@ -36,17 +36,18 @@ class Sea:
         """Craft on MAVLink: their fixes are all that is known of them, and the best."""
         self._clocks = TeamClocks(scenario)
         self._all_right = all(clock.right for clock in self._clocks.craft.values())
+        plans = plan.everybody
         for craft, config in scenario.craft.items():
             if config.base is not None:
                 self._vehicles[craft] = Anchored(craft, config.base.place_ned_m)
                 self._navigation[craft] = Navigation(craft, config.navigation, scenario.seed)
                 continue
-            north, east, course = plan.craft[craft].start
-            start = north, east, plan.craft[craft].start_depth_m, course
+            north, east, course = plans[craft].start
+            start = north, east, plans[craft].start_depth_m, course
             if craft in scenario.mavlink_craft:
                 self.external[craft] = External(craft, start)
                 continue
-            speed = plan.craft[craft].tracks[0].speed_mps
+            speed = plans[craft].tracks[0].speed_mps if craft in plan.craft else 0.0
             self._vehicles[craft] = Vehicle(
                 craft, config, scenario.sea, start, speed, scenario.clock.tick_s, scenario.seed
             )

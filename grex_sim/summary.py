@@ -1,7 +1,7 @@
 """The result of a run: one object of figures, and the files beside it."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,14 @@ from grex_agent.closest import closest_approach
 from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
 from grex_link.energy import sound_energy_j
+from grex_link.errors import RecordingError
 from grex_link.ledger import EDGES_S, faults
 from grex_link.link_config import Tdma
 from grex_link.messages import PathLedger, PortLedger, SourceLedger
 from grex_link.profile import load_profile
+from grex_link.tasks import type_of
 from grex_link.units import NS
+from grex_sim.cables import Cable
 from grex_sim.logbook import Logbook
 from grex_sim.navigation_errors import PlaceErrors
 from grex_sim.score import Score, score
@@ -38,6 +41,21 @@ class ClosestApproach(msgspec.Struct, frozen=True):
     distance_m: float
     t_s: float
     """Mission time."""
+
+
+class TaskLine(msgspec.Struct):
+    """One thing that somebody said of a task."""
+
+    t_s: float
+    """Mission time by the clock of who said it."""
+    said_by: str
+    order: str
+    """Name of the order or the event; for what came by sound, sender and number."""
+    craft: str
+    """Who is to do it."""
+    task: str
+    status: str
+    detail: str
 
 
 class Summary(msgspec.Struct, kw_only=True):
@@ -98,7 +116,12 @@ class Summary(msgspec.Struct, kw_only=True):
     """That of all craft together; None if the modem has no source level."""
     ports: dict[str, PortLedger]
     """For each craft, the books of its modem port."""
+    cables: list[Cable]
+    tasks: list[TaskLine]
+    """What became of tasks, in the order in which it was said."""
     digest: str
+    recording_fault: str = ""
+    """Why nothing more was recorded from some time on; empty if all was."""
     out: str | None = None
     """Folder of the run's files."""
 
@@ -115,8 +138,8 @@ def summarise(
 ) -> tuple[Summary, Score]:
     """Judge a run that is over, whether or not it came to its end."""
     positions = logbook.positions
-    moving = [place for place, craft in enumerate(scenario.craft) if craft not in scenario.bases]
-    result = score(positions[:, moving] if len(positions) else positions, plan, scenario.score)
+    members = [place for place, craft in enumerate(scenario.craft) if craft in plan.craft]
+    result = score(positions[:, members] if len(positions) else positions, plan, scenario.score)
     ticks = max(len(positions) - 1, 0)
     judged = ticks > 0
     distance, angle, xte = result.parts if judged else (None, None, None)
@@ -151,7 +174,13 @@ def summarise(
         unhealthy_steps=logbook.unhealthy_steps,
         navigation=logbook.places.errors(positions, list(scenario.craft)),
         **_ledgers(scenario, logbook, complete=not fault),
+        cables=logbook.cables,
+        tasks=[
+            TaskLine(news.t_ns / NS, who, news.order, news.craft, type_of(news.task), news.status, news.detail)
+            for who, news in logbook.task_news
+        ],
         digest=logbook.digest,
+        recording_fault=logbook.recording_fault,
     )
     return summary, result
 
@@ -191,7 +220,20 @@ def _ledgers(scenario: Scenario, logbook: Logbook, *, complete: bool) -> dict[st
 
 
 def write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
-    """Write summary and per-step series into a run's folder."""
+    """Write summary and per-step series into a run's folder.
+
+    Raises
+    ------
+    RecordingError
+        If the disk is full.
+    """
+    try:
+        _write_files(out, scenario, logbook, summary, result)
+    except OSError as error:
+        raise RecordingError(f"cannot write summary and series into {out}: {error.strerror}") from None
+
+
+def _write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
     summary.out = str(out)
     (out / SUMMARY_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(summary), indent=2) + b"\n")
     positions = logbook.positions[1:]
@@ -239,6 +281,8 @@ def as_text(summary: Summary) -> str:
         *_about_navigation(summary.navigation),
         *_about_links(summary.paths),
         *_about_closest(summary.closest),
+        *_about_tasks(summary.tasks),
+        *_about_cables(summary.cables),
         f"digest {summary.digest}",
     ]
     lines += _warnings(summary)
@@ -288,8 +332,33 @@ def _about_links(paths: Mapping[str, PathLedger]) -> list[str]:
     return lines
 
 
+def _about_tasks(tasks: Sequence[TaskLine]) -> list[str]:
+    """Say what became of every order: the last word of whoever gave it, and the first of who does it."""
+    orders: dict[tuple[str, str], list[TaskLine]] = {}
+    for line in tasks:
+        orders.setdefault((line.said_by, line.order), []).append(line)
+    told = []
+    for (who, order), lines in orders.items():
+        steps = [f"{line.status} at {line.t_s:.0f} s{f' ({line.detail})' if line.detail else ''}" for line in lines]
+        first = lines[0]
+        by = (
+            f"{who} does {first.task}"
+            if first.craft == who
+            else f"{who} sends {first.craft or 'nobody'} to {first.task}"
+        )
+        told.append(f"task {order}: {by}: {', '.join(steps)}")
+    return told
+
+
+def _about_cables(cables: Sequence[Cable]) -> list[str]:
+    return [
+        f"cable {'–'.join(cable.between)}: {cable.longest_m:.1f} m apart at most, of {cable.length_m:g} m"
+        for cable in cables
+    ]
+
+
 def _warnings(summary: Summary) -> list[str]:
-    lines = []
+    lines = [f"WARNING: {summary.recording_fault}"] if summary.recording_fault else []
     if summary.late_ticks or summary.late_setpoints:
         lines.append(
             f"WARNING: the pace was not held: {summary.late_ticks} of {summary.ticks} ticks and "
@@ -303,6 +372,11 @@ def _warnings(summary: Summary) -> list[str]:
     lines += [
         f"WARNING: {craft} could not hold its course against the current in {steps} steps"
         for craft, steps in summary.adrift_steps.items()
+    ]
+    lines += [
+        f"WARNING: {' and '.join(cable.between)} were farther apart than their cable in {cable.over_steps} steps"
+        for cable in summary.cables
+        if cable.over_steps
     ]
     lines += [f"WARNING: the ledger does not add up: {fault}" for fault in summary.ledger_faults]
     lines += [f"WARNING: {craft} received {n} bad frames" for craft, n in summary.bad_frames.items()]

@@ -121,9 +121,12 @@ def test_recording_holds_every_topic_at_every_tick(run):
 
 
 def test_recording_is_json_with_schemas(run):
-    """Any viewer can read the recording: every channel is JSON with a JSON schema."""
+    """Any viewer can read the recording: every channel is JSON with a JSON schema, or Foxglove's own in protobuf."""
     with (run.folder / "run.mcap").open("rb") as file:
         for schema, channel, message in make_reader(file).iter_messages():
+            if schema.name.startswith("foxglove."):
+                assert schema.encoding == channel.message_encoding == "protobuf"
+                continue
             assert schema.encoding == "jsonschema"
             assert channel.message_encoding == "json"
             assert json.loads(message.data)

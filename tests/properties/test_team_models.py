@@ -179,7 +179,9 @@ def test_an_hour_of_silence(estimator):
     assert mate.north_m == pytest.approx(-6.0 + (3700.0 if estimator == "hold_last" else 3801.0), abs=3.0)
 
 
-@pytest.mark.parametrize("loss", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize(
+    "loss", [pytest.param(0.0, marks=pytest.mark.slow), 0.3, pytest.param(0.5, marks=pytest.mark.slow)]
+)
 def test_along_track_is_consistent(loss):
     """When a mate's speed error wanders as modelled, errors are as great as is claimed (NEES in its 95 % band)."""
     runs, draw = 100, np.random.default_rng(2008)

@@ -13,7 +13,7 @@ import pytest
 from missions import SCENARIOS, fly
 
 import grex_sim.run
-from grex_link.bus import MemoryBus
+from grex_link.memory_bus import MemoryBus
 from grex_link.scenario import load
 
 SHORT = ("duration_s=300", "link.loss=0.2", "craft.auv3.navigation.white_m=0.5")

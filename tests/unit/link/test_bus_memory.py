@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from grex_link.bus import MemoryBus
 from grex_link.emulator import Emulator
+from grex_link.memory_bus import MemoryBus
 from grex_link.messages import Advance, Clock, Presence, Setpoint, Step, Transmit
 from grex_link.scenario import fingerprint
 from grex_link.topics import TOPICS
@@ -61,12 +61,15 @@ READERS = {
     "modem_rx": {"auv2", "sim"},
     "state": {"sim"},
     "port": {"sim"},
+    "task": {"auv2"},
+    "task_news": {"sim"},
     "oracle": {"auv2"},
     "clock": {"auv2"},
     "truth": {"link"},
     "advance": {"link"},
     "report": {"sim"},
     "ledger": {"sim"},
+    "status": set(),
     "link_event": set(),
 }
 

@@ -287,7 +287,7 @@ def changed(document, path, value):
 
 
 WORDS = ["other", "hold", "port", "lockstep", "live", "tracks", "auv2", "short", "thorp", "cable", "rover", "vision",
-         "one_way"]  # fmt: skip
+         "one_way", "go_on", "radio", "box"]  # fmt: skip
 
 
 def test_fingerprint_changes_with_any_value(text: str) -> None:
@@ -301,7 +301,12 @@ def test_fingerprint_changes_with_any_value(text: str) -> None:
         "link.shadowing={sigma_db=3.0}",
         "link.jammers=[{position_ned_m=[0, 0, 0], source_level_db=150}]",
         "link.outages=[{craft='auv1', start_s=1, end_s=2}]",
-        "link.land=[{between=['auv1', 'auv3']}]",
+        "link.land=[{between=['auv1', 'auv3'], kind='cable'}]",
+        "craft.auv4={}",
+        "standby.auv4={at_ned_m=[0, 50, 5]}",
+        "events=[{at_s=60.0, at_ned_m=[9, 9, 9], seen_by='auv1'}]",
+        "tasking.operator='auv1'",
+        "craft.auv2.tasks=[{type='inspect', at_ned_m=[5, 6, 7]}, {type='hold', for_s=9.0}]",
         "link.water.layers=[[0, 1490], [30, 1480]]",
         "craft.auv1.self_noise={level_db=90}",
         "craft.auv1.vehicle.speed_wander={sigma_relative=0.03}",

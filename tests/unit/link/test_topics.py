@@ -10,11 +10,14 @@ from grex_link.topics import (
     RESERVED,
     TOPICS,
     frontseat_place,
+    is_presence,
     is_reserved,
     key,
     modem_place,
+    place_of,
     presence_key,
     subscriptions,
+    who_of,
 )
 
 TEAM = ["auv1", "auv2", "auv3"]
@@ -26,8 +29,10 @@ def keys_read(role: str, who: str) -> set[str]:
 
 
 def test_an_agent_reads_its_own_keys() -> None:
-    """An agent subscribes to its fix, its modem, its clock and its oracle, and to nothing else."""
-    assert keys_read("agent", "auv1") == {f"grex/grex/auv1/{name}" for name in ("fix", "modem/rx", "clock", "oracle")}
+    """An agent subscribes to its fix, its modem, its clock, its orders and its oracle, and to nothing else."""
+    assert keys_read("agent", "auv1") == {
+        f"grex/grex/auv1/{name}" for name in ("fix", "modem/rx", "clock", "task", "oracle")
+    }
 
 
 @pytest.mark.parametrize("who", TEAM)
@@ -70,8 +75,16 @@ def test_the_link_reads_all_transmissions_and_the_truth() -> None:
 
 def test_the_simulator_reads_all_craft() -> None:
     """The bench hears every craft's outputs, where real craft are, the link's reports and its ledger."""
-    expected = {"*/fix", "*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "*/port", "link/report", "link/ledger"}
+    expected = {"*/fix", "*/setpoint", "*/modem/tx", "*/modem/rx", "*/state", "*/port"}
+    expected |= {"*/task/news", "link/report", "link/ledger"}
     assert keys_read("sim", "sim") == {"grex/grex/" + below for below in expected}
+
+
+def test_an_operator_gives_orders_and_hears_news() -> None:
+    """An operator writes orders and nothing else, and reads what becomes of tasks and nothing else."""
+    assert [row.name for row in ROWS if "operator" in row.writers] == ["task"]
+    assert keys_read("operator", "operator") == {"grex/grex/*/task/news"}
+    assert is_reserved("operator")
 
 
 def kinds(of) -> tuple[type, ...]:
@@ -103,7 +116,7 @@ def test_keys_are_different() -> None:
 
 def test_reserved_names_cover_the_table() -> None:
     """No craft can have a name that begins a key of another participant."""
-    taken = {row.key.partition("/")[0] for row in ROWS if not row.per_craft} | {"up", "sim"}
+    taken = {row.key.partition("/")[0] for row in ROWS if not row.per_craft} | {"up", "sim", "operator"}
     assert taken == RESERVED
 
 
@@ -119,3 +132,20 @@ def test_keys() -> None:
 def test_newer_writers_are_understood(row) -> None:
     """A message with a field that this version does not know is read all the same."""
     assert all(kind.__struct_config__.forbid_unknown_fields is False for kind in kinds(row.type))
+
+
+def test_every_key_is_told_apart() -> None:
+    """Whatever is put on the bus can be told from its key: team, topic, craft. Other keys are none of ours."""
+    for row in ROWS:
+        craft = "auv1" if row.per_craft else ""
+        assert place_of(key("t7", row.name, craft)) == ("t7", row, craft)
+    for name in ("grex/t7/auv1/nothing", "grex/t7", "other/t7/truth", "", presence_key("t7", "auv1", "f00")):
+        assert place_of(name) is None
+
+
+def test_tokens_are_told_from_messages() -> None:
+    """The key of a liveliness token says who it is, and no key of a message looks like one."""
+    token = presence_key("t7", modem_place("auv1"), "f00")
+    assert is_presence(token)
+    assert who_of(token) == ("t7", "modem_auv1")
+    assert not any(is_presence(key("t7", row.name, "auv1")) for row in ROWS)
