@@ -196,7 +196,7 @@ def study(
         A row is the mean over seeds 1 to N, with its 95 % interval of ± 1.96 s/√n. One mission of each row also runs as
         processes in lockstep, and must end with the same digest. Missions in which nothing is random run twice only.
     only
-        Some rows, by name; otherwise all, which takes about an hour on one core.
+        Some rows, by name; otherwise all, which takes about an hour on two cores.
     as_json
         Print {"rows": [{"row", "value", "interval", "seeds"}]} instead of a table.
     """

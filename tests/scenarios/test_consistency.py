@@ -61,19 +61,26 @@ def test_overconfidence_is_seen():
     ("estimator", "parts"), [("along_track", 3), ("biased_planar", 5), ("second_level", 4)], ids=str
 )
 def test_the_whole_state_is_consistent(estimator, parts):
-    """Not the place alone: the whole state of a mate that heeds no others has errors as great as is claimed.
+    """Not the place alone: the whole state of a mate that heeds no others has errors as great as is claimed."""
+    assert_whole(estimator, parts, gain_mps=0.0, runs=30)
 
-    What the others make it do is not in the covariance: at K = 0.8 and half of the messages lost this is about 1.3.
-    """
-    runs = 30
-    mean = math.fsum(_whole(estimator, run) for run in range(runs)) / runs
+
+@pytest.mark.slow
+def test_the_whole_state_is_consistent_though_others_are_heeded():
+    """At the paper's gain, what the others make a mate do is too little to be seen in 300 runs."""
+    assert_whole("along_track", 3, gain_mps=0.8, runs=300)
+
+
+def assert_whole(estimator, parts, gain_mps, runs):
+    """Hold the squared error of the whole state against its band."""
+    mean = math.fsum(_whole(estimator, gain_mps, run) for run in range(runs)) / runs
     least, most = chi_square_band(parts * runs)
     assert least < mean / parts < most
 
 
-def _whole(estimator, run):
+def _whole(estimator, gain_mps, run):
     """Squared error of the whole state of craft 2 aboard craft 1, over its covariance."""
-    team = team_of_two(Consistency(estimator, 0.5, gain_mps=0.0), 5000 + run)
+    team = team_of_two(Consistency(estimator, 0.5, gain_mps), 5000 + run)
     for _ in sail(team, 0.5, 5000 + run, 200 + run % 30):
         pass
     observer, mate = team
