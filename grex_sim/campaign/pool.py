@@ -15,6 +15,9 @@ from typing import Any, Self
 from grex_link.process import collect_rarely, die_with
 from grex_sim.campaign.engine import Keyed, Outcome, Work, do
 
+#: Workers step back for whatever else the machine does.
+_NICE = 10
+
 
 def cores() -> int:
     """How many cores this process may use."""
@@ -124,6 +127,7 @@ class _Worker:
 def _serve(pipe: Any, work: Work, parent: int) -> None:
     """Be a worker, until there is nobody to work for."""
     die_with(parent)
+    os.nice(max(0, _NICE - os.nice(0)))
     collect_rarely()
     while True:
         try:

@@ -1,21 +1,32 @@
 """Does the jobs of a study for all seeds, over all cores."""
 
-import multiprocessing
-import os
-import signal
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from typing import Any, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 from grex_link.errors import GrexError
-from grex_link.process import LAUNCHER_VARIABLE, collect_rarely, die_with_launcher
+from grex_sim.campaign.engine import Outcome, carry_out
+from grex_sim.campaign.pool import LocalPool, cores
 from grex_sim.study.figures import Job
 
 #: What every job gave, seed by seed from 1 on.
 Results: TypeAlias = dict[Job, list[Any]]
-_NICE = 10
+
+
+class Run(NamedTuple):
+    """A job at one seed."""
+
+    job: Job
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Its name among the runs."""
+        return f"{self.job}, seed {self.seed}"
+
+
+def do_run(run: Run) -> dict[str, Any]:
+    """Do it, in a worker."""
+    return {"result": run.job.run(run.seed)}
 
 
 def run_jobs(jobs: Sequence[Job], seeds: int, done: Callable[[int, int], None]) -> Results:
@@ -36,82 +47,46 @@ def run_jobs(jobs: Sequence[Job], seeds: int, done: Callable[[int, int], None]) 
     Raises
     ------
     GrexError
-        Names what could not be run.
+        Names the first run that failed; the others are given up.
     """
-    with _pool() as pool:
-        first = _run(pool, [(job, seed) for job in jobs for seed in (1, 2)], done)
-        drawn = [job for job in jobs if _differ(first[job, 1], first[job, 2])]
-        rest = [(job, seed) for job in drawn for seed in range(3, seeds + 1)]
-        both = first | _run(pool, rest, done, len(first))
-    return {job: [both[job, seed if job in drawn or seed == 1 else 2] for seed in range(1, seeds + 1)] for job in jobs}
+    found = _Found(done)
+    with LocalPool(do_run, cores()) as pool:
+        found.expect(first := [Run(job, seed) for job in jobs for seed in (1, 2)])
+        carry_out(first, pool, found, found.tell)
+        drawn = [job for job in jobs if _differ(found.result(job, 1), found.result(job, 2))]
+        found.expect(rest := [Run(job, seed) for job in drawn for seed in range(3, seeds + 1)])
+        carry_out(rest, pool, found, found.tell)
+    seeds_done = {job: range(1, seeds + 1) if job in drawn else [1, *[2] * (seeds - 1)] for job in jobs}
+    return {job: [found.result(job, seed) for seed in seeds_done[job]] for job in jobs}
 
 
-def _run(
-    pool: ProcessPoolExecutor,
-    work: Sequence[tuple[Job, int]],
-    done: Callable[[int, int], None],
-    before: int = 0,
-) -> dict[tuple[Job, int], Any]:
-    results: dict[tuple[Job, int], Any] = {}
-    futures: dict[Future[Any], tuple[Job, int]] = {}
-    total = before + len(work)
-    done(before, total)
-    with _undisturbed():
-        for job, seed in work:
-            futures[pool.submit(_do, job, seed)] = job, seed
-    for future in as_completed(futures):
-        job, seed = futures[future]
-        try:
-            results[job, seed] = future.result()
-        except GrexError as error:
-            raise GrexError(f"{job}, seed {seed}: {error}") from error
-        except BrokenProcessPool:
-            raise GrexError("a process of the study was killed; is there enough memory?") from None
-        done(before + len(results), total)
-    return results
+class _Found:
+    """What the runs gave, and how many there are."""
+
+    def __init__(self, done: Callable[[int, int], None]) -> None:
+        self._done = done
+        self._results: dict[str, Any] = {}
+        self._total = 0
+
+    def expect(self, runs: Sequence[Run]) -> None:
+        """Hear of more runs to come."""
+        self._total += len(runs)
+        self._done(len(self._results), self._total)
+
+    def add(self, outcome: Outcome) -> None:
+        """Keep what a run gave; one that failed is the end of the study."""
+        if outcome.figures is None:
+            raise GrexError(f"{outcome.key}: {outcome.fault}")
+        self._results[outcome.key] = outcome.figures["result"]
+
+    def tell(self, _: Outcome) -> None:
+        """Say how far it is."""
+        self._done(len(self._results), self._total)
+
+    def result(self, job: Job, seed: int) -> Any:
+        """Look up what a job gave at a seed."""
+        return self._results[Run(job, seed).key]
 
 
 def _differ(one: Any, other: Any) -> bool:
     return bool(getattr(one, "digest", one) != getattr(other, "digest", other))
-
-
-def _do(job: Job, seed: int) -> Any:
-    try:
-        return job.run(seed)
-    except GrexError as error:
-        # As it is, it could not be sent: its constructor wants more than it keeps.
-        raise GrexError(str(error)) from None
-
-
-@contextmanager
-def _pool() -> Iterator[ProcessPoolExecutor]:
-    """Start as many processes as there are cores; none is left, nor finishes its work, when something goes wrong."""
-    pool = ProcessPoolExecutor(
-        len(os.sched_getaffinity(0)), multiprocessing.get_context("spawn"), _begin, (os.getpid(),)
-    )
-    try:
-        yield pool
-    except BaseException:
-        for process in multiprocessing.active_children():
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _begin(launcher: int) -> None:
-    """Make a process step back for others, look for little garbage, and end with the one that started it."""
-    os.nice(max(0, _NICE - os.nice(0)))
-    os.environ[LAUNCHER_VARIABLE] = str(launcher)
-    die_with_launcher()
-    collect_rarely()
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Start processes that never see Ctrl-C, which is for the one that started them; here it waits meanwhile."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

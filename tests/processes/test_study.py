@@ -10,6 +10,7 @@ import psutil
 import pytest
 from launching import grex, running
 
+from grex_link.errors import GrexError
 from grex_sim.study.figures import Flight, deviation, ratio
 from grex_sim.study.table import Row
 from grex_sim.study.team import run_study
@@ -70,7 +71,7 @@ def test_an_unknown_row_is_one_line():
         grex("study", "team", "--only", "nothing"), capture_output=True, text=True, check=False, timeout=100
     )
     assert done.returncode == 2
-    assert done.stderr.startswith("grex: --only: unknown row 'nothing'; there are estimator_ratio_loss0, ")
+    assert done.stderr.startswith("grex: --only: unknown row 'nothing'; there are best_fd_loss0, ")
     assert done.stderr.count("\n") == 1
 
 
@@ -87,3 +88,13 @@ def test_ctrl_c_ends_it_cleanly(gone):
         _, err = process.communicate(timeout=20)
     assert (process.returncode, err) == (130, "grex: interrupted\n")
     assert gone(children)
+
+
+def test_a_job_that_fails_is_named(tmp_path, monkeypatch):
+    """A run that breaks ends the study with one line that says which job at which seed, and why."""
+    (tmp_path / "broken.py").write_text(
+        "class Broken:\n    def __init__(self, context):\n        raise ValueError('oh')\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(GrexError, match=r"broken:Broken.*, seed [12]: .*oh"):
+        run_jobs([Flight("paper-d", ("duration_s=60", "team.estimator=broken:Broken"))], 2, lambda *_: None)
