@@ -24,7 +24,7 @@ demo: $(VENV)/installed
 
 # The processes come last and alone: they measure wall time, and two cores are busy with one team.
 test: lint browser
-	$(BIN)/pytest -n 2 --ignore=tests/processes --ignore=tests/browser --ignore=tests/benchmarks --cov
+	$(BIN)/pytest -n 2 --dist worksteal --ignore=tests/processes --ignore=tests/browser --ignore=tests/benchmarks --cov
 	$(BIN)/pytest tests/processes tests/browser
 
 # Debian's own; who is not root is told, and the tests that need it are skipped.
@@ -42,7 +42,7 @@ lint: $(VENV)/installed-dev
 	$(BIN)/lint-imports
 
 cover: $(VENV)/installed-dev
-	$(BIN)/pytest -n 2 --ignore=tests/processes --ignore=tests/browser --ignore=tests/benchmarks --cov
+	$(BIN)/pytest -n 2 --dist worksteal --ignore=tests/processes --ignore=tests/browser --ignore=tests/benchmarks --cov
 
 $(VENV)/installed-dev: $(VENV)/installed
 	@echo "installing what the checks need into $(VENV)"
