@@ -1,19 +1,14 @@
-"""Records a run as MCAP, with schemas, so that the field's viewers open it. The only user of mcap."""
+"""Records a run as MCAP, with schemas, so that the field's viewers open it. The writing end of mcap."""
 
-import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, get_args
 
-import mcap.records
 import msgspec
-from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel, Metadata
-from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from grex_link.errors import ConfigError, RecordingError
+from grex_link.errors import RecordingError
 from grex_link.messages import Message
 from grex_link.topics import TOPICS
 
@@ -128,92 +123,3 @@ class Recorder:
 def _schema_name(recorded: Any) -> str:
     """Name of a Struct, or of those a union allows."""
     return " or ".join(part.__name__ for part in get_args(recorded) or (recorded,))
-
-
-class Recorded(NamedTuple):
-    """One message of a recording, as it was written."""
-
-    topic: str
-    t_ns: int
-    """Mission time."""
-    data: bytes
-    """JSON."""
-
-
-def read_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) -> list[tuple[str, int, Any]]:
-    """Read a recording, even one that was cut off.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    wanted : callable
-        Says of a topic's key whether its messages are read; all are if left out.
-
-    Returns
-    -------
-    list of (topic, mission time ns, decoded JSON)
-        In the order of writing; what a cut destroyed at the end is left out.
-
-    Raises
-    ------
-    ConfigError
-        If the file is no recording.
-    """
-    return [(topic, t_ns, msgspec.json.decode(data)) for topic, t_ns, data in stream_messages(path, wanted)]
-
-
-def stream_messages(path: Path, wanted: Callable[[str], bool] = lambda _: True) -> Iterator[Recorded]:
-    """Read a recording message by message; see `read_messages`. What is not JSON is left out."""
-    channels: dict[int, str] = {}
-    with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
-        for record in StreamReader(file).records:
-            if isinstance(record, Channel):
-                if record.message_encoding == "json" and wanted(record.topic):
-                    channels[record.id] = record.topic
-            elif isinstance(record, mcap.records.Message) and record.channel_id in channels:
-                yield Recorded(channels[record.channel_id], record.log_time, record.data)
-
-
-def read_scenario(path: Path) -> str:
-    """Read from a recording which scenario was run, as JSON.
-
-    Raises
-    ------
-    ConfigError
-        If the file is no recording of a run.
-    """
-    try:
-        with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
-            for record in StreamReader(file).records:
-                if isinstance(record, Metadata) and "scenario" in record.metadata:
-                    return record.metadata["scenario"]
-    except OSError as error:
-        raise ConfigError(str(path), f"cannot read the recording: {error.strerror}") from None
-    raise ConfigError(str(path), "is no recording of a GREX run: it names no scenario")
-
-
-def read_metadata(path: Path) -> dict[str, str]:
-    """Read what a recording says of the run as a whole, even if it was cut off; nothing if it says nothing.
-
-    Raises
-    ------
-    ConfigError
-        If the file is no recording.
-    """
-    with path.open("rb") as file, suppress(EndOfFile, struct.error), _named(path):
-        for record in StreamReader(file).records:
-            if isinstance(record, mcap.records.Metadata):
-                return dict(record.metadata)
-    return {}
-
-
-@contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """Say of what is no MCAP file that it is none; one that ends too early is one."""
-    try:
-        yield
-    except EndOfFile:
-        raise
-    except McapError:
-        raise ConfigError(str(path), "is no recording, or is damaged") from None

@@ -20,6 +20,8 @@ RECORDING_FILE = "run.mcap"
 #: Counts up whenever an older GREX could not read what a newer one records.
 FORMAT = 1
 METADATA = "grex"
+#: What mcap raises at damage; RuntimeError is lz4's, the last three come of texts and lengths that are none.
+_DAMAGE = (McapError, CRCValidationError, RuntimeError, UnicodeDecodeError, MemoryError, OverflowError)
 
 
 def run_metadata(scenario: Scenario) -> dict[str, str]:
@@ -97,17 +99,13 @@ class Recording:
     def _decode(self, topic: Topic, decoder: msgspec.json.Decoder[Any], data: bytes) -> Message:
         try:
             message: Message = decoder.decode(data)
-        except msgspec.ValidationError as error:
-            # What was no number has become null.
-            patched = with_nan(msgspec.json.decode(data), topic.recorded)
-            try:
-                message = msgspec.convert(patched, topic.recorded)
-            except msgspec.ValidationError:
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            try:  # what was no number has become null
+                message = msgspec.convert(with_nan(msgspec.json.decode(data), topic.recorded), topic.recorded)
+            except (msgspec.DecodeError, UnicodeDecodeError):
                 raise ConfigError(
                     str(self.path), f"was recorded by another version of GREX: {topic.name}: {error}"
                 ) from None
-        except msgspec.DecodeError:
-            raise _damaged(self.path) from None
         return message
 
     def _metadata(self) -> dict[str, str]:
@@ -131,7 +129,7 @@ class Recording:
             if not self.path.stat().st_size:
                 raise ConfigError(str(self.path), "is empty: nothing was recorded") from None
             self.whole = bool(self.whole)
-        except (McapError, CRCValidationError, RuntimeError):  # lz4 raises the last of them
+        except _DAMAGE:
             raise _damaged(self.path) from None
         except OSError as error:
             raise ConfigError(str(self.path), f"cannot be read: {error.strerror}") from None

@@ -10,13 +10,13 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from grex_link.config import Scenario
 from grex_link.energy import sound_energy_j
 from grex_link.errors import ConfigError
 from grex_link.ledger import EDGES_S, Ledger, faults
 from grex_link.messages import LinkEvent, LinkLedger, PathLedger, PortLedger, SourceLedger, Truth
 from grex_link.profile import ModemProfile, load_profile
-from grex_link.recorder import read_messages, read_metadata
-from grex_link.recording import recording_file
+from grex_link.recording import Entry, Recording
 from grex_link.units import NS
 
 
@@ -80,13 +80,13 @@ def link_stats(run: Path) -> RunStats:
     ConfigError
         If there is no recording of a run.
     """
-    recording = _Recording(run)
-    published, end_ns = recording.ledger, recording.end_ns
+    books = _Books(run)
+    published, end_ns = books.ledger, books.end_ns
     final = published is not None and published.t_ns >= end_ns
     end_ns = published.t_ns if published is not None and final else end_ns
-    log = [event for event in recording.log if event.t_ns < end_ns]
-    ledger = _ledger(recording.team, log, end_ns)
-    found = faults(ledger, recording.ports, None)
+    log = [event for event in books.log if event.t_ns < end_ns]
+    ledger = _ledger(books.team, log, end_ns)
+    found = faults(ledger, books.ports, None)
     if final and published != ledger:
         found.append("the ledger that was published is not that of the log in the recording")
     saws = _Saws(log, end_ns)
@@ -98,12 +98,12 @@ def link_stats(run: Path) -> RunStats:
         latency=_spread_of_values(saws.latencies(ledger.paths)),
         age=_spread_of_teeth(saws.teeth(ledger.paths)),
         links={f"{path.source}>{path.destination}": _link(path, saws) for path in ledger.paths},
-        nodes={source.craft: _node(source, end_ns, recording) for source in ledger.sources},
+        nodes={source.craft: _node(source, end_ns, books) for source in ledger.sources},
         faults=found,
     )
 
 
-class _Recording:
+class _Books:
     """What a recording holds of the link."""
 
     def __init__(self, run: Path) -> None:
@@ -112,30 +112,25 @@ class _Recording:
         self.ledger: LinkLedger | None = None
         self.ports: dict[str, PortLedger] = {}
         self.end_ns = 0
-        self.profile = _profile(recording_file(run))
-        for topic, t_ns, message in read_messages(recording_file(run), _wanted):
-            try:
-                self._take(topic, t_ns, message)
-            except msgspec.ValidationError as error:
-                raise ConfigError(str(run), f"was recorded by another version: {topic}: {error}") from None
+        recording = Recording(run)
+        self.profile = _profile(recording.scenario)
+        for entry in recording.entries({"truth", "link_event", "ledger", "port"}):
+            self._take(entry)
         if not self.team:
             raise ConfigError(str(run), "holds no run: nothing was recorded before it broke off")
 
-    def _take(self, topic: str, t_ns: int, message: object) -> None:
-        if topic == "/truth":
-            self.team = self.team or [pose.craft for pose in msgspec.convert(message, Truth).poses]
-            self.end_ns = max(self.end_ns, t_ns)
-        elif topic == "/link/event":
-            self.log.append(msgspec.convert(message, LinkEvent))
-            self.end_ns = max(self.end_ns, t_ns + 1)
-        elif topic == "/link/ledger":
-            self.ledger = msgspec.convert(message, LinkLedger)
-        else:
-            self.ports[topic.split("/")[1]] = msgspec.convert(message, PortLedger)
-
-
-def _wanted(topic: str) -> bool:
-    return topic in {"/truth", "/link/event", "/link/ledger"} or topic.endswith("/port")
+    def _take(self, entry: Entry) -> None:
+        match entry.message:
+            case Truth(poses=poses):
+                self.team = self.team or [pose.craft for pose in poses]
+                self.end_ns = max(self.end_ns, entry.t_ns)
+            case LinkEvent() as event:
+                self.log.append(event)
+                self.end_ns = max(self.end_ns, entry.t_ns + 1)
+            case LinkLedger() as ledger:
+                self.ledger = ledger
+            case PortLedger() as port:
+                self.ports[entry.craft] = port
 
 
 def _ledger(team: Sequence[str], log: Iterable[LinkEvent], t_ns: int) -> LinkLedger:
@@ -184,18 +179,17 @@ def _link(path: PathLedger, saws: _Saws) -> LinkStats:
     return LinkStats(path, _spread_of_values(saws.latencies([path])), _spread_of_teeth(saws.teeth([path])))
 
 
-def _node(water: SourceLedger, end_ns: int, recording: _Recording) -> NodeStats:
-    profile = recording.profile
+def _node(water: SourceLedger, end_ns: int, books: _Books) -> NodeStats:
+    profile = books.profile
     sound_j = None if profile is None else sound_energy_j(profile, water.airtime_s)
-    return NodeStats(water, water.airtime_s * NS / max(end_ns, 1), sound_j, recording.ports.get(water.craft))
+    return NodeStats(water, water.airtime_s * NS / max(end_ns, 1), sound_j, books.ports.get(water.craft))
 
 
-def _profile(file: Path) -> ModemProfile | None:
-    """Modem of the run, as its scenario names it; None if the recording has none, or the modem's own file is gone."""
+def _profile(scenario: Scenario) -> ModemProfile | None:
+    """Modem of the run, as its scenario names it; None if the modem's own file is gone."""
     try:
-        scenario = msgspec.json.decode(read_metadata(file).get("scenario", "{}"))
-        return load_profile(scenario["link"]["profile"])
-    except (ConfigError, KeyError):
+        return load_profile(scenario.link.profile)
+    except ConfigError:
         return None
 
 

@@ -34,9 +34,9 @@ def view(
     except ModuleNotFoundError as error:
         raise _without("view", error) from None
     from grex_sim.view.live import Live
-    from grex_sim.view.recording import Recording
+    from grex_sim.view.recorded_page import RecordedPage
 
-    app = server.LiveServer(Live((connect,))).app() if run is None else server.recorded_app(Recording(run))
+    app = server.LiveServer(Live((connect,))).app() if run is None else server.recorded_app(RecordedPage(run))
     with server.listen_on(port) as taken:
         print(f"http://127.0.0.1:{taken.getsockname()[1]}/", flush=True)  # noqa: T201
         server.serve(app, taken)

@@ -5,7 +5,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import foxglove
-import msgspec
 from foxglove.websocket import ServerListener
 
 from grex_agent.mission import plan_mission
@@ -13,9 +12,7 @@ from grex_link import clock
 from grex_link.config import Scenario
 from grex_link.errors import BusError, ConfigError
 from grex_link.messages import Truth
-from grex_link.recorder import read_scenario, stream_messages
-from grex_link.recording import RECORDING_FILE
-from grex_link.scenario import decode
+from grex_link.recording import Recording
 from grex_link.units import NS
 from grex_sim.foxglove_scene import Encoded, FoxgloveScene
 from grex_sim.view.live import Live
@@ -103,14 +100,14 @@ def serve_recorded(run: Path, port: int) -> None:
     ConfigError
         If it is no recording of a run.
     """
-    path = run / RECORDING_FILE if run.is_dir() else run
-    scenario = decode(msgspec.json.decode(read_scenario(path)))
+    recording = Recording(run)
     with _serving(port) as outlet:
         while True:
-            started_s, scene = clock.monotonic_s(), _scene(scenario)
-            for recorded in stream_messages(path, lambda topic: topic == "/truth"):
-                clock.sleep_s(max(0.0, recorded.t_ns / NS - (clock.monotonic_s() - started_s)))
-                outlet.show(scene, msgspec.json.decode(recorded.data, type=Truth))
+            started_s, scene = clock.monotonic_s(), _scene(recording.scenario)
+            for entry in recording.entries({"truth"}):
+                clock.sleep_s(max(0.0, entry.t_ns / NS - (clock.monotonic_s() - started_s)))
+                if isinstance(entry.message, Truth):
+                    outlet.show(scene, entry.message)
             clock.sleep_s(_LOOK_S)
 
 

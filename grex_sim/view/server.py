@@ -23,7 +23,7 @@ from grex_link.errors import BusError, ConfigError
 from grex_sim.view.guard import ANSWER_HEADERS, refusal
 from grex_sim.view.live import Live
 from grex_sim.view.mailbox import Mailbox, Patience
-from grex_sim.view.recording import Recording
+from grex_sim.view.recorded_page import RecordedPage
 
 _PAGE = Path(__file__).parent / "page"
 _FRAME_S = 0.1
@@ -72,15 +72,15 @@ def _json(content: bytes) -> Response:
 # -- a recording --------------------------------------------------------------------------------------------------
 
 
-def recorded_app(recording: Recording) -> ASGIApp:
+def recorded_app(recorded: RecordedPage) -> ASGIApp:
     """Serve a recorded run; all playing is the page's own."""
-    scene, past = msgspec.json.encode(recording.scene), msgspec.json.encode(recording.past)
+    scene, past = msgspec.json.encode(recorded.scene), msgspec.json.encode(recorded.past)
 
     async def piece(request: Request) -> Response:
         number = request.path_params["number"]
-        if number >= len(recording.pieces):
+        if number >= len(recorded.pieces):
             return PlainTextResponse("there is no such piece\n", 404)
-        return _json(recording.pieces[number])
+        return _json(recorded.pieces[number])
 
     return _app(
         Route("/scene.json", _constant(scene)),

@@ -1,12 +1,13 @@
 """The page of a recorded run, in a real browser: plan view, slider, playback, keyboard."""
 
-import msgspec
 import pytest
 from missions import fly
+from msgspec.structs import replace
+from recordings import recorded_messages
 from watching import AUV1, LOST, cell, pixels, viewing
 
-from grex_link.messages import Truth
-from grex_link.recorder import Recorder, read_messages, read_scenario
+from grex_link.recorder import Recorder
+from grex_link.recording import Recording, run_metadata
 
 
 @pytest.fixture(scope="module")
@@ -42,14 +43,12 @@ def test_the_slider_moves_the_plan_view(address, folder, open_page):
     page.locator("#whole").click()
     seek(page, 0)
     _, _, low = pixels(page, AUV1)
-    truths = {
-        t_ns // 10**9: message for topic, t_ns, message in read_messages(folder / "run.mcap") if topic == "/truth"
-    }
+    truths = {truth.t_ns // 10**9: truth for truth in recorded_messages(folder, "truth")}
     for time_s in (100, 300):
         seek(page, time_s)
-        for pose in truths[time_s]["poses"]:
-            assert cell(page, pose["craft"], 0) == pytest.approx(pose["north_m"], abs=0.06)
-            assert cell(page, pose["craft"], 1) == pytest.approx(pose["east_m"], abs=0.06)
+        for pose in truths[time_s].poses:
+            assert cell(page, pose.craft, 0) == pytest.approx(pose.north_m, abs=0.06)
+            assert cell(page, pose.craft, 1) == pytest.approx(pose.east_m, abs=0.06)
     count, _, high = pixels(page, AUV1)
     assert count > 40
     assert high < low - 20  # it has gone north, which is up
@@ -59,18 +58,17 @@ def test_the_slider_moves_the_plan_view(address, folder, open_page):
 
 def test_a_message_is_drawn_and_dies_with_its_cause(address, folder, open_page):
     """A lost message is on its way first, then a red cross and its cause are at the receiver; later it is gone."""
-    events = [message for topic, _, message in read_messages(folder / "run.mcap") if topic == "/link/event"]
-    lost = next(event for event in events if event["kind"] == "lost")
-    end_s = lost["t_ns"] // 10**9
+    lost = next(event for event in recorded_messages(folder, "link_event") if event.kind == "lost")
+    end_s = lost.t_ns // 10**9
     page = open_page(address)
     seek(page, end_s - 4)
     assert pixels(page, LOST)[0] == 0
     assert page.locator("#messages li").first.inner_text().endswith("on the air …")
-    assert page.locator("#speaker").inner_text() == f"{lost['source']} speaking"
+    assert page.locator("#speaker").inner_text() == f"{lost.source} speaking"
     seek(page, end_s + 1)
     assert pixels(page, LOST)[0] > 20
-    row = page.locator("#messages li", has_text=f"✕ {lost['destination']}: burst")
-    assert lost["source"] in row.inner_text()
+    row = page.locator("#messages li", has_text=f"✕ {lost.destination}: burst")
+    assert lost.source in row.inner_text()
     seek(page, end_s + 8)
     assert pixels(page, LOST)[0] == 0
 
@@ -130,12 +128,11 @@ def test_it_fits(address, open_page, width, height):
 
 def test_what_is_no_number_is_a_gap(tmp_path, folder, open_page):
     """NaN in the data, which JSON writes as null, is a dash and a gap; everything else goes on."""
-    path = folder / "run.mcap"
-    recorder = Recorder(tmp_path / "run.mcap", {"scenario": read_scenario(path)})
-    for _, t_ns, message in read_messages(path, lambda topic: topic == "/truth"):
-        if 100 <= message["tick"] < 200:
-            message["poses"][0]["north_m"] = float("nan")
-        recorder.write("truth", "", t_ns, msgspec.convert(message, Truth))
+    recorder = Recorder(tmp_path / "run.mcap", run_metadata(Recording(folder).scenario))
+    for truth in recorded_messages(folder, "truth"):
+        first, *others = truth.poses
+        nowhere = replace(truth, poses=[replace(first, north_m=float("nan")), *others])
+        recorder.write("truth", "", truth.t_ns, nowhere if 100 <= truth.tick < 200 else truth)
     recorder.close()
     with viewing(str(tmp_path)) as address:
         page = open_page(address)

@@ -9,8 +9,8 @@ import time
 import psutil
 import pytest
 from launching import ENDLESS, SCENARIO, grex, participants, running, wait_for_recording
+from recordings import recorded_messages
 
-from grex_link.recorder import read_messages
 from grex_sim.launch import free_port
 
 
@@ -36,9 +36,8 @@ def test_a_killed_agent_is_named(endless, gone):
     assert gone(processes.values())
     # The recording opens and holds everything up to the last tick.
     last_s = float(re.search(r"time (\d+)", err)[1])
-    messages = read_messages(folder / "run.mcap")
-    assert max(t_ns for topic, t_ns, _ in messages if topic == "/truth") == last_s * 1e9
-    assert max(t_ns for topic, t_ns, _ in messages if topic == "/auv1/state") >= (last_s - 1) * 1e9
+    assert max(truth.t_ns for truth in recorded_messages(folder, "truth")) == last_s * 1e9
+    assert max(state.t_ns for state in recorded_messages(folder, "state", "auv1")) >= (last_s - 1) * 1e9
 
 
 def test_a_killed_simulator_is_named_and_its_recording_opens(endless, gone):
@@ -51,7 +50,7 @@ def test_a_killed_simulator_is_named_and_its_recording_opens(endless, gone):
     assert re.fullmatch(r"grex: sim was killed by SIGKILL \(status -9\) at mission time \d+\.0 s\n", err)
     assert gone(processes.values())
     told_s = float(re.search(r"time (\d+)", err)[1])
-    recorded_s = max(t_ns for topic, t_ns, _ in read_messages(folder / "run.mcap") if topic == "/truth") / 1e9
+    recorded_s = max(truth.t_ns for truth in recorded_messages(folder, "truth")) / 1e9
     # The simulator told the time at most 0.2 s, and wrote at most 0.5 s of wall time before; the rate is of this run.
     assert recorded_s > 0.4 * told_s
 

@@ -9,10 +9,9 @@ import psutil
 from launching import running as launched
 from launching import wait_for_recording
 from micromodem_firmware import Line, Water, running
-from msgspec import convert
+from recordings import recorded_messages
 
-from grex_link.messages import ModemEvent, ModemStatus, Received, TxEvent
-from grex_link.recorder import read_messages
+from grex_link.messages import ModemStatus, Received, TxEvent
 from grex_link.scenario import loads
 
 PLACES = {"auv1": (0.0, 0.0, 5.0), "auv2": (0.0, 100.0, 5.0)}
@@ -55,10 +54,7 @@ class Team:
         return launched("run", str(self.scenario), "--json", "--out", str(self.out))
 
     def recorded(self, craft: str, kind: type) -> list:
-        recording = read_messages(self.out / "run.mcap")
-        events = [
-            convert(message, ModemEvent).event for topic, _, message in recording if topic == f"/{craft}/modem/rx"
-        ]
+        events = [message.event for message in recorded_messages(self.out, "modem_rx", craft)]
         return [event for event in events if isinstance(event, kind)]
 
 

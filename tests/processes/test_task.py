@@ -13,8 +13,8 @@ from pathlib import Path
 import psutil
 import pytest
 from launching import grex, running
+from recordings import recorded_messages
 
-from grex_link.recorder import read_messages
 from grex_sim.launch import free_port
 
 SCENARIO = str(Path(__file__).parents[2] / "deploy" / "scenarios" / "habitat.toml")
@@ -72,8 +72,7 @@ def test_a_task_from_order_to_end(live):
     statuses: list[str] = []
     while "done" not in statuses and time.monotonic() < deadline:
         time.sleep(0.3)
-        news = read_messages(out / "run.mcap", lambda topic: topic == "/standby1/task/news")
-        statuses = [message["status"] for *_, message in news]
+        statuses = [news.status for news in recorded_messages(out, "task_news", "standby1")]
     assert statuses[:2] == ["started", "done"]
 
 

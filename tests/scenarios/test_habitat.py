@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 from missions import SCENARIOS, fly, fly_text
 
-from grex_link.recorder import read_messages
+from grex_link.recording import Recording
+from grex_link.tasks import Inspect
 from grex_sim.summary import Summary, TaskLine
 
 EVENT, STANDBY2 = (180.0, 40.0), (300.0, 130.0)
@@ -88,9 +89,9 @@ def test_the_cable_is_never_too_short(flown):
 def test_news_of_tasks_are_recorded(flown):
     """The recording has what both craft said of the task, with the task itself."""
     _, out = flown
-    news = read_messages(out / "run.mcap", lambda topic: topic.endswith("/task/news"))
-    assert {topic for topic, *_ in news} == {"/diver/task/news", "/standby2/task/news"}
-    assert all(message["task"]["type"] == "inspect" for *_, message in news)
+    news = list(Recording(out).entries({"task_news"}))
+    assert {entry.craft for entry in news} == {"diver", "standby2"}
+    assert all(isinstance(entry.message.task, Inspect) for entry in news)
 
 
 def test_a_summary_for_a_person_tells_it(flown):

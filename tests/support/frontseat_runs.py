@@ -10,12 +10,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from launching import running
-from msgspec import convert
+from recordings import recorded_messages
 
 from grex_agent.frontseat.geodesy import to_degrees
 from grex_link.config import DatumConfig
 from grex_link.messages import Fix
-from grex_link.recorder import read_messages
 
 DATUM = DatumConfig(54.37, 10.16)
 HEAD = """
@@ -109,4 +108,4 @@ class OneBoat:
 
 def fixes(out: Path, craft: str) -> list[Fix]:
     """Return the fixes of a craft that were recorded."""
-    return [convert(message, Fix) for topic, _, message in read_messages(out / "run.mcap") if topic == f"/{craft}/fix"]
+    return recorded_messages(out, "fix", craft)

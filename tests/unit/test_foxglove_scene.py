@@ -11,10 +11,10 @@ import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from missions import SCENARIOS, fly
+from recordings import recorded_messages
 
 from grex_agent.mission import plan_mission
 from grex_link.messages import Pose, Truth
-from grex_link.recorder import read_messages
 from grex_link.scenario import load
 from grex_sim.foxglove_scene import FoxgloveScene
 
@@ -56,13 +56,13 @@ def test_the_file_alone_says_how_to_read_it(run) -> None:
 
 def test_places_on_earth_are_those_of_the_truth(run) -> None:
     """Latitude and longitude are the true places about the datum, to a few centimetres; times are mission times."""
-    truths = {t_ns: message for topic, t_ns, message in read_messages(run) if topic == "/truth"}
+    truths = {truth.t_ns: truth for truth in recorded_messages(run, "truth")}
     locations = by_topic(run)["/auv2/location"]
     assert len(locations) == 301
     for t_ns, _, fix in locations:
-        pose = truths[t_ns]["poses"][1]
+        pose = truths[t_ns].poses[1]
         north, east, _ = pymap3d.geodetic2ned(fix.latitude, fix.longitude, 0.0, 54.37, 10.16, 0.0)
-        assert (north, east) == pytest.approx((pose["north_m"], pose["east_m"]), abs=0.05)
+        assert (north, east) == pytest.approx((pose.north_m, pose.east_m), abs=0.05)
         assert fix.timestamp.ToNanoseconds() == t_ns
         assert fix.frame_id == "auv2"
 
@@ -78,8 +78,8 @@ def test_the_scene_has_plan_craft_and_tracks(run) -> None:
     assert len(pieces) > 5
     for before, after in itertools.pairwise(pieces):
         assert (before[-1].x, before[-1].y, before[-1].z) == (after[0].x, after[0].y, after[0].z)
-    last = [message for topic, _, message in read_messages(run) if topic == "/truth"][-1]["poses"][2]
-    assert (pieces[-1][-1].x, pieces[-1][-1].y) == pytest.approx((last["north_m"], last["east_m"]))
+    last = recorded_messages(run, "truth")[-1].poses[2]
+    assert (pieces[-1][-1].x, pieces[-1][-1].y) == pytest.approx((last.north_m, last.east_m))
 
 
 def rotated(q, vector):

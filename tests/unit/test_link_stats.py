@@ -6,11 +6,12 @@ import sys
 import msgspec
 import pytest
 from missions import fly
+from recordings import METADATA, recorded_messages
 
 from grex_link.errors import ConfigError
 from grex_link.ledger import Ledger, faults
-from grex_link.messages import LinkEvent, LinkLedger, PathLedger, PortLedger, Pose, Truth
-from grex_link.recorder import Recorder, read_messages
+from grex_link.messages import LinkEvent, PathLedger, PortLedger, Pose, Truth
+from grex_link.recorder import Recorder
 from grex_link.topics import TOPICS, Topic
 from grex_link.units import NS
 from grex_sim import cli
@@ -34,7 +35,7 @@ def truth(t_s, team=TEAM):
 
 def record(folder, *messages):
     """Record messages as the simulator does: (topic, craft, message)."""
-    recorder = Recorder(folder / "run.mcap", {})
+    recorder = Recorder(folder / "run.mcap", METADATA)
     for topic, craft, message in messages:
         recorder.write(topic, craft, message.t_ns, message)
     recorder.close()
@@ -69,21 +70,16 @@ def small(tmp_path, *more):
     return record(tmp_path, ("truth", "", truth(0)), *EVENTS, ("truth", "", truth(30)), *more)
 
 
-def decoded(folder, topic, type_):
-    """Everything that was recorded under a topic."""
-    return [msgspec.convert(message, type_) for key, _, message in read_messages(folder / "run.mcap") if key == topic]
-
-
 def test_ledger_is_recorded(run):
     """A run's recording holds a ledger for every ``ledger_s`` of the mission and one of its end."""
-    recorded = decoded(run[0], "/link/ledger", LinkLedger)
+    recorded = recorded_messages(run[0], "ledger")
     assert [ledger.t_ns // NS for ledger in recorded] == [*range(70, 1800, 70), 1800]
 
 
 def test_recomputed_is_published(run):
     """From the events in the recording alone comes exactly each ledger that was published."""
-    log = decoded(run[0], "/link/event", LinkEvent)
-    for published in decoded(run[0], "/link/ledger", LinkLedger):
+    log = recorded_messages(run[0], "link_event")
+    for published in recorded_messages(run[0], "ledger"):
         ledger = Ledger(TEAM)
         for line in log:
             if line.t_ns < published.t_ns:
@@ -94,7 +90,7 @@ def test_recomputed_is_published(run):
 def test_summary_holds_the_last_ledger(run):
     """In the summary are all sources and links of the last ledger, by name, and the totals are theirs."""
     folder, summary = run
-    last = decoded(folder, "/link/ledger", LinkLedger)[-1]
+    last = recorded_messages(folder, "ledger")[-1]
     assert summary.ledger_s == 1800.0
     assert list(summary.sources.values()) == last.sources
     assert list(summary.paths.values()) == last.paths
@@ -147,7 +143,7 @@ def test_a_run_that_was_cut_off(run, tmp_path):
         assert stats.recomputed
         assert 0.0 < stats.mission_s < 1800.0
         assert stats.faults == []
-        log = decoded(tmp_path, "/link/event", LinkEvent)
+        log = recorded_messages(tmp_path, "link_event")
         assert sum(link.counts.delivered for link in stats.links.values()) == sum(
             line.kind == "delivered" for line in log
         )
@@ -294,7 +290,7 @@ def test_a_recording_of_another_version(tmp_path):
         t_ns: int = 5
 
     odd = Other("auv1", "auv2", 0, 0, {}, 0, [], 0.0, [], 0.0, 0)
-    with pytest.raises(ConfigError, match=r"was recorded by another version: /link/ledger: "):
+    with pytest.raises(ConfigError, match=r"was recorded by another version of GREX: ledger: "):
         link_stats(record(tmp_path, ("truth", "", truth(0)), ("ledger", "", odd)))
 
 

@@ -6,12 +6,13 @@ from typing import get_args
 import msgspec
 import pytest
 from mcap.reader import make_reader
+from recordings import METADATA, recorded_messages
 
+from grex_link.errors import ConfigError
 from grex_link.messages import AgentState, Fix, ModemEvent, Received, Truth
-from grex_link.recorder import Recorder, read_messages
+from grex_link.recorder import Recorder
+from grex_link.recording import Entry, Recording
 from grex_link.topics import TOPICS
-
-METADATA = {"scenario": '{"seed": 1}', "version": "0.1.0"}
 
 
 def fix(tick: int) -> Fix:
@@ -40,11 +41,11 @@ def test_messages_come_back(tmp_path) -> None:
     recorder.write("modem_rx", "auv2", 22, ModemEvent(0, 22, Received("auv1", b"\x00\xff")))
     recorder.write("truth", "", 11, Truth(11, 11, []))
     recorder.close()
-    (first, second, third) = read_messages(path)
-    assert first == ("/auv1/fix", 12, msgspec.to_builtins(fix(12)))
-    assert second[:2] == ("/auv2/modem/rx", 22)
-    assert msgspec.convert(second[2], ModemEvent).event == Received("auv1", b"\x00\xff")
-    assert third == ("/truth", 11, {"tick": 11, "t_ns": 11, "poses": []})
+    assert list(Recording(path).entries()) == [
+        Entry("fix", "auv1", 12, fix(12)),
+        Entry("modem_rx", "auv2", 22, ModemEvent(0, 22, Received("auv1", b"\x00\xff"))),
+        Entry("truth", "", 11, Truth(11, 11, [])),
+    ]
 
 
 def test_a_clock_behind_the_mission(tmp_path) -> None:
@@ -52,8 +53,7 @@ def test_a_clock_behind_the_mission(tmp_path) -> None:
     recorder = Recorder(tmp_path / "run.mcap", METADATA)
     recorder.write("fix", "auv1", -2 * 10**9, fix(-2))
     recorder.close()
-    ((topic, t_ns, found),) = read_messages(tmp_path / "run.mcap")
-    assert (topic, t_ns, found["t_ns"]) == ("/auv1/fix", 0, -2 * 10**9)
+    assert list(Recording(tmp_path).entries()) == [Entry("fix", "auv1", 0, fix(-2))]
 
 
 def test_the_fields_viewers_open_it(tmp_path) -> None:
@@ -98,47 +98,50 @@ def test_flushed_is_on_disk(tmp_path) -> None:
     for tick in range(5):
         recorder.write("fix", "auv1", tick, fix(tick))
     recorder.flush()
-    assert [t_ns for _, t_ns, _ in read_messages(path)] == [0, 1, 2, 3, 4]
+    assert [fix.tick for fix in recorded_messages(path, "fix")] == [0, 1, 2, 3, 4]
     recorder.write("fix", "auv1", 5, fix(5))
     recorder.close()
-    assert len(read_messages(path)) == 6
+    assert len(recorded_messages(path, "fix")) == 6
 
 
 def test_flush_of_nothing(tmp_path) -> None:
     """A flush when there is nothing new changes nothing."""
     path = tmp_path / "run.mcap"
     assert len(set(record(path, [3, 0, 0]))) == 1
-    assert len(read_messages(path)) == 3
+    assert len(recorded_messages(path, "fix")) == 3
 
 
 def test_empty_recording(tmp_path) -> None:
     """A run that broke off before its first message leaves a recording that opens."""
     record(tmp_path / "run.mcap", [])
-    assert read_messages(tmp_path / "run.mcap") == []
+    assert recorded_messages(tmp_path, "fix") == []
 
 
 def cut(path: Path, length: int) -> list:
     short = path.with_name("cut.mcap")
     short.write_bytes(path.read_bytes()[:length])
-    return read_messages(short)
+    return recorded_messages(short, "fix")
 
 
 def test_cut_in_a_chunk(tmp_path) -> None:
     """Of a file that ends in the middle of a chunk, every whole chunk before it is read."""
     path = tmp_path / "run.mcap"
     first, second, _ = record(path, [5, 6, 7])
-    whole = read_messages(path)
+    whole = recorded_messages(path, "fix")
     assert len(whole) == 18
     assert cut(path, (first + second) // 2) == whole[:5]
 
 
 def test_cut_anywhere(tmp_path) -> None:
-    """Wherever a recording is cut off, all messages of its whole chunks are read, and there is no exception."""
+    """Wherever a recording is cut off, all messages of its whole chunks are read; before that it is told in a line."""
     path = tmp_path / "run.mcap"
-    ends = record(path, [5, 6, 7])
-    whole = read_messages(path)
+    said, *ends = record(path, [0, 5, 6, 7])
+    whole = recorded_messages(path, "fix")
     counts = [0, 5, 11, 18]
-    for length in range(0, path.stat().st_size, 7):
+    for length in range(0, said, 101):
+        with pytest.raises(ConfigError, match=r"is empty|no recording"):
+            cut(path, length)
+    for length in range(said, path.stat().st_size, 11):
         got = cut(path, length)
         assert got == whole[: len(got)]
         assert len(got) >= counts[sum(end <= length for end in ends)]
@@ -149,3 +152,21 @@ def test_cut_in_the_index(tmp_path) -> None:
     path = tmp_path / "run.mcap"
     record(path, [5, 6, 7])
     assert len(cut(path, path.stat().st_size - 5)) == 18
+
+
+def test_a_flipped_bit_anywhere(tmp_path) -> None:
+    """Wherever a bit is flipped, what is read is what was written, or one line tells of it."""
+    path = tmp_path / "run.mcap"
+    record(path, [5, 6, 7])
+    whole, data = recorded_messages(path, "fix"), path.read_bytes()
+    lines = []
+    for place in range(0, len(data), 17):
+        path.write_bytes(data[:place] + bytes([data[place] ^ 0x80]) + data[place + 1 :])
+        try:
+            got = recorded_messages(path, "fix")
+        except ConfigError as error:
+            lines.append(str(error))
+        else:
+            assert all(fix in whole for fix in got)
+    assert lines
+    assert not any("\n" in line for line in lines)

@@ -1,9 +1,11 @@
 """The memory of a run: counts, positions, digest and recording."""
 
 import pytest
+from recordings import METADATA, recorded_messages
 
 from grex_link.messages import AgentState, AgentStates, Fix, LinkEvent, LinkLedger, Pose, Setpoint, Truth
-from grex_link.recorder import Recorder, read_messages
+from grex_link.recorder import Recorder
+from grex_link.recording import Recording
 from grex_sim.logbook import Logbook
 
 TEAM = ["auv1", "auv2"]
@@ -68,16 +70,13 @@ def test_over_land():
 
 def test_ledgers_are_kept_and_recorded(tmp_path):
     """The newest ledger of the water and of each port are at hand, and every one is on record."""
-    book = Logbook(Recorder(tmp_path / "run.mcap", {}))
+    book = Logbook(Recorder(tmp_path / "run.mcap", METADATA))
     assert (book.ledger, book.ports) == (None, {})
     for t_ns in (1, 2):
         book.message("ledger", "", LinkLedger(t_ns, [], []))
     assert book.ledger == LinkLedger(2, [], [])
     book.close()
-    assert [(topic, t_ns) for topic, t_ns, _ in read_messages(tmp_path / "run.mcap")] == [
-        ("/link/ledger", 1),
-        ("/link/ledger", 2),
-    ]
+    assert [(entry.topic, entry.t_ns) for entry in Recording(tmp_path).entries()] == [("ledger", 1), ("ledger", 2)]
 
 
 def test_ledgers_are_no_part_of_the_digest():
@@ -151,36 +150,38 @@ def test_digest_can_be_looked_at_on_the_way():
 
 def test_recording(tmp_path):
     """What passed on the bus, the truth and the link's log are on record, in the order in which they were taken."""
-    book = Logbook(Recorder(tmp_path / "run.mcap", {}))
+    book = Logbook(Recorder(tmp_path / "run.mcap", METADATA))
     book.truth(truth(0))
     book.message("fix", "auv1", Fix(0, 0, 1.5, 0.0, 0.0, 0.0, 1.0, 0.1))
     book.message("state", "auv1", AgentStates([state(1), state(2)]))
     book.link_events([STARTED])
     book.close()
-    recorded = read_messages(tmp_path / "run.mcap")
-    assert [topic for topic, _, _ in recorded] == ["/truth", "/auv1/fix", "/auv1/state", "/auv1/state", "/link/event"]
-    assert [t_ns for _, t_ns, _ in recorded] == [0, 0, 1_000_000_000, 2_000_000_000, 0]
-    assert recorded[1][2]["north_m"] == 1.5
+    recorded = list(Recording(tmp_path).entries())
+    assert [(entry.topic, entry.craft) for entry in recorded] == [
+        ("truth", ""), ("fix", "auv1"), ("state", "auv1"), ("state", "auv1"), ("link_event", ""),
+    ]  # fmt: skip
+    assert [entry.t_ns for entry in recorded] == [0, 0, 1_000_000_000, 2_000_000_000, 0]
+    assert recorded[1].message.north_m == 1.5
 
 
 def test_is_on_disk_now_and_then(tmp_path):
     """Half a second of wall time after the last time, everything is on disk, though the file is not closed."""
     path = tmp_path / "run.mcap"
-    book = Logbook(Recorder(path, {}))
+    book = Logbook(Recorder(path, METADATA))
     book.truth(truth(0))
     book.write_if_due(100.0)
-    assert len(read_messages(path)) == 1
+    assert len(recorded_messages(path, "truth")) == 1
     book.truth(truth(1))
     book.write_if_due(100.4)
-    assert len(read_messages(path)) == 1
+    assert len(recorded_messages(path, "truth")) == 1
     book.write_if_due(100.5)
-    assert len(read_messages(path)) == 2
+    assert len(recorded_messages(path, "truth")) == 2
     book.close()
 
 
 def test_writes_in_idle_time(tmp_path):
     """In idle time what has piled up is written little by little, in order, until nothing is left."""
-    book = Logbook(Recorder(tmp_path / "run.mcap", {}))
+    book = Logbook(Recorder(tmp_path / "run.mcap", METADATA))
     assert not book.write_some()
     for tick in range(200):
         book.truth(truth(tick))
@@ -190,13 +191,13 @@ def test_writes_in_idle_time(tmp_path):
     assert calls > 1
     assert not book._unwritten
     book.close()
-    assert [message["tick"] for _, _, message in read_messages(tmp_path / "run.mcap")] == list(range(200))
+    assert [truth.tick for truth in recorded_messages(tmp_path, "truth")] == list(range(200))
 
 
 @pytest.mark.parametrize("recording", [True, False])
 def test_does_not_pile_up(tmp_path, recording):
     """However long the wall clock stands still, what waits to be written is bounded."""
-    book = Logbook(Recorder(tmp_path / "run.mcap", {}) if recording else None)
+    book = Logbook(Recorder(tmp_path / "run.mcap", METADATA) if recording else None)
     book.write_if_due(100.0)
     for tick in range(5000):
         book.truth(truth(tick))
