@@ -15,6 +15,8 @@ The filters of all mates are rows of arrays (`along_track_rows`), so that fifty 
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from grex_agent.gaussian import Gaussian, update
 from grex_agent.mission import CraftPlan
 from grex_agent.team.along_track_rows import AlongTrackRows
@@ -62,7 +64,8 @@ class AlongTrackFirst:
         self._context = context
         self._mates = [craft for craft in context.plan.craft if craft != context.craft]
         self._row_of = {craft: row for row, craft in enumerate(self._mates)}
-        self._heard_s = [math.nan] * len(self._mates)
+        #: When each mate last said what has been worked in; −∞ as long as it has been silent.
+        self._heard_s = np.full(len(self._mates), -math.inf)
         team = context.scenario.team
         speed = SpeedModel(team.speed_model)
         plans = [context.plan.craft[craft] for craft in self._modelled()]
@@ -98,25 +101,14 @@ class AlongTrackFirst:
         for report in heard:
             row = self._row_of[report.craft]
             if self._rows.correct(row, report.state):
-                before = self._heard_s[row]
-                self._heard_s[row] = report.state.t_s if math.isnan(before) else max(before, report.state.t_s)
+                self._heard_s[row] = max(self._heard_s[row], report.state.t_s)
 
     def _beliefs(self, now_s: float) -> list[MateBelief]:
         rows = self._rows
         north, east = rows.points()
-        numbers = zip(
-            self._mates,
-            north.tolist(),
-            east.tolist(),
-            rows.progress.tolist(),
-            rows.sigma_m.tolist(),
-            self._heard_s,
-            strict=False,  # a row of oneself comes after those of the mates
-        )
-        return [
-            MateBelief(craft, north_m, east_m, progress, sigma_m, -1.0 if math.isnan(heard_s) else now_s - heard_s)
-            for craft, north_m, east_m, progress, sigma_m, heard_s in numbers
-        ]
+        age = np.where(self._heard_s > -math.inf, now_s - self._heard_s, -1.0)
+        numbers = (array.tolist() for array in (north, east, rows.progress, rows.sigma_m, age))
+        return list(map(MateBelief, self._mates, *numbers))  # a row of oneself, the last one, has no mate to go with
 
 
 class AlongTrack(AlongTrackFirst):

@@ -33,9 +33,8 @@ _SAME_TIME_S = 1e-6
 #: Step of progress over which the law is differentiated.
 _NUDGE = 1e-3
 _HERE_AND_FURTHER = np.array([[0.0], [_NUDGE]])
-#: Where the upper triangle is in a matrix of nine numbers, and where the matrix is in a column of `Step.x`.
-_UPPER = [0, 1, 2, 4, 5, 8]
-_FULL = [3, 4, 5, 4, 6, 7, 5, 7, 8]
+#: Where the variances of s, v and β are in a column of `Step.x`.
+_SS, _VV, _BB = 3, 7, 11
 
 
 class Others(NamedTuple):
@@ -74,7 +73,7 @@ class Step(msgspec.Struct):
 
     t_s: float
     x: Array
-    """Shape (9, n): s, v, β of each row, and the upper triangle of their covariance: ss, sv, sβ, vv, vβ, ββ."""
+    """Shape (12, n): s, v, β of each row, and their covariance, line by line."""
     others: Others | None = None
     """None before anybody was driven: then each goes at planned speed."""
     said: dict[int, list[Said]] = {}
@@ -90,11 +89,11 @@ class Step(msgspec.Struct):
 
 
 def _packed(state: Gaussian) -> Array:
-    return np.concatenate((state.mean, state.covariance.ravel()[_UPPER]))
+    return np.concatenate((state.mean, state.covariance.ravel()))
 
 
 def _unpacked(column: Array) -> Gaussian:
-    return Gaussian(tuple(column[:3].tolist()), column[_FULL].reshape(3, 3))
+    return Gaussian(tuple(column[:3].tolist()), column[3:].reshape(3, 3).copy())
 
 
 class AlongTrackRows:
@@ -135,9 +134,9 @@ class AlongTrackRows:
         self._memory_s = memory_s
         self._tick_s = tick_s
         config = speed.config
-        x = np.zeros((9, len(plans)))
+        x = np.zeros((12, len(plans)))
         x[1] = [plan.tracks[0].speed_mps for plan in plans]
-        x[3], x[6], x[8] = start_variance_m2, config.told_sigma_mps**2, config.error_relative**2
+        x[_SS], x[_VV], x[_BB] = start_variance_m2, config.told_sigma_mps**2, config.error_relative**2
         self._history = deque([Step(0.0, x)])
         self._located: Located | None = None
 
@@ -149,7 +148,7 @@ class AlongTrackRows:
     @property
     def sigma_m(self) -> Array:
         """Standard deviation of the distance along the plan of each row now, shape (n,)."""
-        sigma: Array = np.sqrt(self._history[-1].x[3])
+        sigma: Array = np.sqrt(self._history[-1].x[_SS])
         return sigma
 
     def state(self, row: int) -> Gaussian:
@@ -185,7 +184,7 @@ class AlongTrackRows:
             How far oneself is; None if oneself is a row.
         """
         progress = self.progress
-        total = float(progress.sum()) + (0.0 if own is None else own)
+        total = float(np.add.reduce(progress)) + (0.0 if own is None else own)
         self._history[-1].others = Others(progress, own, total)
 
     def correct(self, row: int, message: TeamState) -> bool:
@@ -225,32 +224,29 @@ class AlongTrackRows:
         return _unpacked(self._predict(x, self._one_by_one([row], located, others), dt, located)[:, 0])
 
     def _predict(self, x: Array, orders: Array, dt: float, located: Located) -> Array:
-        """Predict some rows over `dt` seconds: the new mean by the model, J P Jᵀ + Q written out.
+        """Predict some rows over `dt` seconds: the new mean by the model, its covariance by J P Jᵀ + Q.
 
-        With v' = λ·x the new speed, linearised, the new distance is q + dt/2·v', where q = s + dt/2·v.
+        With v' = λ·x the new speed, linearised, the new distance is s + dt/2·(v + v').
         """
         ordered, nudged = orders
         after, by_speed, by_order, by_error = self._speed.step_all(x[1], ordered, x[2], dt)
         keep, error_noise = self._speed.fading(dt)
         half = dt / 2.0
-        slopes = np.empty((3, x.shape[1]))  # λ
-        slopes[0] = by_order * (nudged - ordered) / (_NUDGE * located.length_m)
-        slopes[1], slopes[2] = by_speed, by_error
-        before = x[_FULL].reshape(3, 3, -1)
-        with_speed = (before * slopes).sum(axis=1)  # cov(x, v')
-        variance = (with_speed * slopes).sum(axis=0)  # var(v')
-        with_q = before[0] + half * before[1]  # cov(x, q)
-        q_speed = with_speed[0] + half * with_speed[1]  # cov(q, v')
+        jacobian = np.zeros((3, 3, x.shape[1]))
+        jacobian[1, 0] = by_order * (nudged - ordered) / (_NUDGE * located.length_m)  # λ
+        jacobian[1, 1], jacobian[1, 2] = by_speed, by_error
+        np.multiply(jacobian[1], half, out=jacobian[0])
+        jacobian[0, 0] += 1.0
+        jacobian[0, 1] += half
+        jacobian[2, 2] = keep
         new = np.empty_like(x)
         new[0] = x[0] + half * (x[1] + after)
         new[1] = after
         new[2] = keep * x[2]
-        new[3] = with_q[0] + half * (with_q[1] + 2.0 * q_speed + half * variance)
-        new[4] = q_speed + half * variance
-        new[5] = keep * (with_q[2] + half * with_speed[2])
-        new[6] = variance + self._speed.config.noise_mps**2 * dt
-        new[7] = keep * with_speed[2]
-        new[8] = keep * keep * x[8] + error_noise
+        before, covariance = x[3:].reshape(3, 3, -1), new[3:].reshape(3, 3, -1)
+        np.einsum("ikn,lkn->iln", np.einsum("ijn,jkn->ikn", jacobian, before), jacobian, out=covariance)
+        new[_VV] += self._speed.config.noise_mps**2 * dt
+        new[_BB] += error_noise
         return new
 
     def _order_all(self, located: Located, others: Others | None) -> Array:

@@ -101,9 +101,8 @@ class PathLengths:
         """Find where distances along the plans are, one for each row."""
         if not ((self._least <= distances_m) & (distances_m < self._beyond)).all():
             self._take_tracks((self._from <= distances_m[:, None]).sum(axis=1) - 1)
-        start, length, planned = self._tracks[:3]
-        theta = (distances_m - start) / length
-        return Located(self._numbers + theta, length, planned, theta, self._tracks[3:])
+        theta = (distances_m - self._start) / self._length
+        return Located(self._numbers + theta, self._length, self._planned, theta, self._shape)
 
     def locate_row(self, row: int, distance_m: float) -> Located:
         """Find where a distance along the plan of one row is; arrays of one."""
@@ -114,6 +113,7 @@ class PathLengths:
 
     def _take_tracks(self, numbers: npt.NDArray[np.intp]) -> None:
         """Note the track of every row: it seldom changes."""
-        self._numbers = numbers
+        self._numbers = numbers.astype(float)
         self._least, self._beyond = self._from[self._rows, numbers], self._from[self._rows, numbers + 1]
-        self._tracks = np.ascontiguousarray(self._table[self._rows, numbers].T)
+        tracks = np.ascontiguousarray(self._table[self._rows, numbers].T)
+        self._start, self._length, self._planned, self._shape = *tracks[:3], tracks[3:]

@@ -31,17 +31,20 @@ class SpeedModel:
             return speed + math.copysign(most, change), (1.0, 0.0, 0.0)
         return speed + change, (1.0 - gain, gain * (1.0 + error), gain * ordered)
 
-    def step_all(self, speed: Array, ordered: Array, error: Array, dt: float) -> tuple[Array, Array, Array, Array]:
+    def step_all(
+        self, speed: Array, ordered: Array, error: Array, dt: float
+    ) -> tuple[Array, Array | float, Array, Array]:
         """Do the same for many craft at once, shape (n,) each: speeds after `dt`, and the three derivatives."""
         gain, most = self._gain(dt), self.config.acceleration_max_mps2 * dt
         by_order = gain * (1.0 + error)
         change = by_order * ordered - gain * speed
-        by_speed, by_error = np.full_like(speed, 1.0 - gain), gain * ordered
+        by_speed, by_error = 1.0 - gain, gain * ordered
         limited = np.abs(change) > most
-        if limited.any():
-            change = np.where(limited, np.copysign(most, change), change)
-            by_speed[limited], by_order[limited], by_error[limited] = 1.0, 0.0, 0.0
-        return speed + change, by_speed, by_order, by_error
+        if not limited.any():
+            return speed + change, by_speed, by_order, by_error
+        by_order[limited], by_error[limited] = 0.0, 0.0
+        change = np.where(limited, np.copysign(most, change), change)
+        return speed + change, np.where(limited, 1.0, by_speed), by_order, by_error
 
     def fading(self, dt: float) -> tuple[float, float]:
         """Share of the error that is left after `dt`, and the variance that comes in."""
