@@ -152,7 +152,7 @@ class Live:
                 self._on_status(message)
             elif name == "clock":
                 self._on_clock(message)
-            elif self.picture is not None:
+            elif self.picture is not None and message.log:  # most of them say only that nothing happened
                 self._decode_newest()  # the poses first, where the sounds begin
                 for event in message.log:
                     self.picture.take("", event)
