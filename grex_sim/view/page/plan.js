@@ -61,7 +61,8 @@ export class Plan {
     this.names.forEach((name, place) => drawCraft(context, place, name, frame.craft[name], project));
     this.names.forEach((name, place) => drawFix(context, place, frame.craft[name], project, this.camera.scale));
     drawCauses(context, causes);
-    if (this.camera.mode !== "whole") {
+    // On a phone it would lie on the team; the button "Whole plan" shows the same.
+    if (this.camera.mode !== "whole" && width >= 480) {
       this.inset.draw(context, width, height, this.plans, this.names, frame, this.camera, trails);
     }
   }
