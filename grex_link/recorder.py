@@ -1,7 +1,6 @@
 """Records a run as MCAP, with schemas, so that the field's viewers open it. The writing end of mcap."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, get_args
 
@@ -52,8 +51,10 @@ class Recorder:
         channel = self._channels.get((topic, craft))
         if channel is None:
             channel = self._channels[topic, craft] = self._register(topic, craft)
-        with self._room():
+        try:
             self._writer.add_message(channel, t_ns, self._encode(message), t_ns)
+        except OSError as error:
+            raise self._fault(error) from None
 
     def write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
         """Record a protobuf message at a mission time.
@@ -71,45 +72,41 @@ class Recorder:
         data : bytes
             The message.
         """
-        with self._room():
-            self._write_encoded(topic, schema, descriptors, t_ns, data)
-
-    def _write_encoded(self, topic: str, schema: str, descriptors: bytes, t_ns: int, data: bytes) -> None:
         channel = self._channels.get((topic, schema))
         if channel is None:
             number = self._schemas.get(schema)
             if number is None:
                 number = self._schemas[schema] = self._writer.register_schema(schema, "protobuf", descriptors)
             channel = self._channels[topic, schema] = self._writer.register_channel(topic, "protobuf", number)
-        self._writer.add_message(channel, t_ns, data, t_ns)
+        try:
+            self._writer.add_message(channel, t_ns, data, t_ns)
+        except OSError as error:
+            raise self._fault(error) from None
 
     def flush(self) -> None:
         """Put everything on disk that has been written."""
-        with self._room():
+        try:
             self._writer.flush()  # type: ignore[no-untyped-call]
+        except OSError as error:
+            raise self._fault(error) from None
 
     def close(self) -> None:
         """Write the index and close the file."""
-        with self._room():
-            try:
-                self._writer.finish()  # type: ignore[no-untyped-call]
-            finally:
-                self._file.close()
+        try:
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.close()
+        except OSError as error:
+            self.abandon()
+            raise self._fault(error) from None
 
     def abandon(self) -> None:
         """Close the file as it is, without an index: it opens to its last whole chunk."""
         with suppress(OSError):
             self._file.close()
 
-    @contextmanager
-    def _room(self) -> Iterator[None]:
+    def _fault(self, error: OSError) -> RecordingError:
         """Say in one line that the disk is full, or cannot be written for another reason."""
-        try:
-            yield
-        except OSError as error:
-            raise RecordingError(
-                f"cannot go on recording {self._path}: {error.strerror}; what was written opens"
-            ) from None
+        return RecordingError(f"cannot go on recording {self._path}: {error.strerror}; what was written opens")
 
     def _register(self, topic: str, craft: str) -> int:
         row = TOPICS[topic]
