@@ -21,7 +21,7 @@ def test_a_recording_is_played_to_foxglove(tmp_path):
         with connect(address, subprotocols=["foxglove.sdk.v1"]) as socket:
             topics = {}
             while {"/tf", "/scene"} - topics.keys():
-                words = json.loads(socket.recv(timeout=10))
+                words = json.loads(socket.recv(timeout=60))
                 if words["op"] == "advertise":
                     topics |= {channel["topic"]: channel for channel in words["channels"]}
             assert topics["/tf"]["schemaName"] == "foxglove.FrameTransforms"
@@ -29,7 +29,7 @@ def test_a_recording_is_played_to_foxglove(tmp_path):
             socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
             frames, plan = [], None
             while len(frames) < 2 or plan is None:
-                data = socket.recv(timeout=10)
+                data = socket.recv(timeout=60)
                 if isinstance(data, str):
                     continue
                 kind, number, t_ns = struct.unpack_from("<BIQ", data)

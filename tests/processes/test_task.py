@@ -15,6 +15,7 @@ import pytest
 from launching import grex, running
 from recordings import recorded_messages
 
+from grex_link.task_wire import ORDER_BYTES
 from grex_sim.launch import free_port
 
 SCENARIO = str(Path(__file__).parents[2] / "deploy" / "scenarios" / "habitat.toml")
@@ -92,12 +93,22 @@ def test_a_craft_that_does_not_echo(live):
 
 
 def test_by_radio(live):
-    """A craft with radio is reached by it at once; one that is tied by cable does not leave."""
-    status, said, err = order(live[0], "--craft", "surface", "goto", "--at", "10,60,0")
+    """A craft with radio is reached by it and never by sound; one that is tied by cable does not leave."""
+    where, out = live
+    status, said, err = order(where, "--craft", "surface", "goto", "--at", "10,60,0")
     assert (status, err) == (1, "grex: goto of surface refused: cable\n")
     times = [float(t_s) for t_s in re.findall(r"^ *([\d.]+) s", said, re.MULTILINE)]
-    # Some steps; by sound it would be a slot and the airtime there, and the same back.
-    assert times[-1] - times[0] < 7.0
+    ways: set[str] = set()
+    deadline = time.monotonic() + 20.0
+    while not ways and time.monotonic() < deadline:
+        time.sleep(0.3)
+        ways = {
+            event.purpose
+            for event in recorded_messages(out, "link_event")
+            if (event.kind, event.source, event.size_bytes) == ("started", "ship", ORDER_BYTES)
+            and times[0] <= event.t_ns / 1e9 <= times[-1]
+        }
+    assert ways == {"land"}
 
 
 def test_the_operators_own_craft(live):
