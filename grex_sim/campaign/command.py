@@ -82,6 +82,7 @@ def _define(
     from grex_link.errors import ConfigError
     from grex_link.scenario import load
     from grex_sim.campaign.definition import Definition, make_cells, parse_vary
+    from grex_sim.campaign.own_files import own_files
     from grex_sim.run import check_in_process
 
     varied = parse_vary(vary)
@@ -90,7 +91,8 @@ def _define(
         if not cell.scenario.clock.lockstep:
             raise ConfigError("$.clock.pace", "a campaign flies in lockstep only")
         check_in_process(cell.scenario)
-    return Definition(load(file, overrides), varied, seeds, version("grex")), cells
+    named = own_files([cell.scenario for cell in cells])
+    return Definition(load(file, overrides), varied, seeds, version("grex"), named), cells
 
 
 def _fly(

@@ -42,6 +42,8 @@ class Definition(msgspec.Struct, frozen=True):
     """Every cell is flown with the scenario's seed and those that follow it, so many in all."""
     version: str
     """Of GREX."""
+    own_files: dict[str, str] = {}
+    """Hashes of the user's own modem profiles and plug-ins; see `grex_sim.campaign.own_files`."""
 
 
 def parse_vary(options: Sequence[str]) -> dict[str, list[str]]:
@@ -124,6 +126,10 @@ def difference(recorded: Definition, wanted: Definition) -> str:
         parts.append("another scenario")
     if recorded.version != wanted.version:
         parts.append(f"GREX {recorded.version} instead of {wanted.version}")
+    names = sorted(recorded.own_files.keys() | wanted.own_files.keys())
+    changed = [name for name in names if recorded.own_files.get(name) != wanted.own_files.get(name)]
+    if changed and not parts:
+        parts.append(f"what is in {', '.join(changed)} has changed since")
     return ", ".join(parts)
 
 

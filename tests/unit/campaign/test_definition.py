@@ -1,11 +1,14 @@
 """What a campaign is: its options, its cells, its jobs."""
 
+from importlib.resources import files
+
 import pytest
 from missions import SCENARIOS
 
 from grex_link.errors import ConfigError
 from grex_link.scenario import load
 from grex_sim.campaign.definition import Definition, difference, make_cells, make_jobs, parse_vary, plain_value
+from grex_sim.campaign.own_files import own_files
 
 PAPER = SCENARIOS / "paper-d.toml"
 
@@ -78,3 +81,23 @@ def test_what_differs_between_two_campaigns_is_named():
     said = difference(one, other)
     for part in ("5 seeds instead of 6", "link.loss=0 instead of link.loss=1", "another scenario", "GREX 1"):
         assert part in said
+
+
+def test_files_of_ones_own_belong_to_the_campaign(tmp_path, monkeypatch):
+    """A modem profile or a plug-in that has been edited since makes another campaign, and is named."""
+    profile, plugin = tmp_path / "my.toml", tmp_path / "my_estimator.py"
+    profile.write_text((files("grex_link") / "modems" / "grex2008.toml").read_text())
+    plugin.write_text("class Mine: ...\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    scenario = load(PAPER, [f"link.profile='{profile}'", "team.estimator=my_estimator:Mine"])
+
+    def definition():
+        return Definition(scenario, {}, 1, "1", own_files([scenario, scenario]))
+
+    before = definition()
+    assert difference(before, definition()) == ""
+    plugin.write_text("class Mine: changed = True\n")
+    assert difference(before, definition()) == "what is in my_estimator has changed since"
+    profile.write_text(profile.read_text() + "\n# a word\n")
+    assert difference(before, definition()) == f"what is in {profile}, my_estimator has changed since"
+    assert own_files([load(PAPER)]) == {}
