@@ -58,7 +58,7 @@ def test_a_modem_that_is_off_for_a_while(tmp_path):
         series = [float(row["fd"]) for row in csv.DictReader(file)]
     assert max(series[250:330]) > 5.0
     assert max(series[600:]) < 0.3
-    assert sum(series[600:]) / len(series[600:]) < 0.03
+    assert sum(series[700:]) / len(series[700:]) < 0.03
 
 
 def test_an_unknown_current_is_compensated():
