@@ -56,7 +56,8 @@ def save(figure: "Figure", path: Path) -> Path:
     try:
         figure.savefig(path, format=path.suffix[1:] or "png")
     except (OSError, ValueError) as error:
-        raise ConfigError("--out", f"cannot write the picture {path}: {error}") from None
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        raise ConfigError("--out", f"cannot write the picture {path}: {why}") from None
     return path
 
 

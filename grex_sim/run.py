@@ -155,7 +155,7 @@ def _write(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, re
     try:
         write_files(out, scenario, logbook, summary, result)
     except RecordingError as error:
-        summary.recording_fault = summary.recording_fault or str(error)
+        summary.recording_fault = "; ".join(part for part in (summary.recording_fault, str(error)) if part)
         if summary.complete and scenario.recording.on_full_disk == "stop":
             raise
 

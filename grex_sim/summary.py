@@ -1,7 +1,8 @@
 """The result of a run: one object of figures, and the files beside it."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -227,15 +228,22 @@ def write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summar
     RecordingError
         If the disk is full.
     """
-    try:
-        _write_files(out, scenario, logbook, summary, result)
-    except OSError as error:
-        raise RecordingError(f"cannot write summary and series into {out}: {error.strerror}") from None
-
-
-def _write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summary, result: Score) -> None:
     summary.out = str(out)
-    (out / SUMMARY_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(summary), indent=2) + b"\n")
+    encoded = msgspec.json.format(msgspec.json.encode(summary), indent=2) + b"\n"
+    writers: dict[str, Callable[[Path], object]] = {
+        SUMMARY_FILE: lambda path: path.write_bytes(encoded),
+        SERIES_FILE: lambda path: _write_series(path, scenario, logbook, result),
+    }
+    for name, write in writers.items():
+        try:
+            write(out / name)
+        except OSError as error:
+            with suppress(OSError):
+                (out / name).unlink()  # a part of it would be taken for the whole
+            raise RecordingError(f"cannot write {out / name}: {error.strerror}") from None
+
+
+def _write_series(path: Path, scenario: Scenario, logbook: Logbook, result: Score) -> None:
     positions = logbook.positions[1:]
     if not len(positions):
         return
@@ -252,7 +260,7 @@ def _write_files(out: Path, scenario: Scenario, logbook: Logbook, summary: Summa
             positions.reshape(len(positions), -1),
         ]
     )
-    np.savetxt(out / SERIES_FILE, columns, fmt="%.9g", delimiter=",", header=",".join(names), comments="")
+    np.savetxt(path, columns, fmt="%.9g", delimiter=",", header=",".join(names), comments="")
 
 
 def as_json(summary: Summary) -> str:

@@ -306,18 +306,23 @@ def test_without_a_run_it_asks_for_one(grex):
 # -- a full disk ---------------------------------------------------------------------------------------------------
 
 
+def run_with_room_for(file_bytes, folder, choice, *overrides):
+    """Fly case d where no file can be longer than this."""
+    program = (
+        f"import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, ({file_bytes}, resource.RLIM_INFINITY))\n"
+        "from grex_sim.cli import main; main()\n"
+    )
+    options = [part for value in (f"recording.on_full_disk={choice}", *overrides) for part in ("--set", value)]
+    return subprocess.run(
+        [sys.executable, "-c", program, "run", SCENARIOS / "paper-d.toml", "--in-process", "--out", "r", *options],
+        capture_output=True, text=True, check=False, timeout=60, cwd=folder,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(("choice", "status"), [("stop", 1), ("go_on", 0)])
 def test_a_full_disk_stops_a_run_or_its_recording(tmp_path, choice, status):
     """When nothing more can be written, one line says so, the run does as configured, and what was written opens."""
-    program = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, resource.RLIM_INFINITY))\n"
-        "from grex_sim.cli import main; main()\n"
-    )
-    options = ["--in-process", "--set", f"recording.on_full_disk={choice}", "--set", "duration_s=1200", "--out", "r"]
-    ended = subprocess.run(
-        [sys.executable, "-c", program, "run", SCENARIOS / "paper-d.toml", *options],
-        capture_output=True, text=True, check=False, timeout=60, cwd=tmp_path,
-    )  # fmt: skip
+    ended = run_with_room_for(150_000, tmp_path, choice, "duration_s=1200")
     words = "cannot go on recording r/run.mcap: File too large; what was written opens"
     assert (ended.returncode, ended.stderr.count("\n")) == (status, 1)
     assert words in (ended.stderr if choice == "stop" else ended.stdout)
@@ -326,3 +331,12 @@ def test_a_full_disk_stops_a_run_or_its_recording(tmp_path, choice, status):
     assert "was cut off" in recording.remark
     if choice == "go_on":
         assert "1200 s of mission" in ended.stdout
+
+
+def test_a_summary_that_has_no_room_is_not_half_there(tmp_path):
+    """A run that goes on says that there is neither recording nor summary, and leaves no part of one."""
+    ended = run_with_room_for(500, tmp_path, "go_on", "duration_s=60")
+    assert ended.returncode == 0
+    assert "cannot go on recording r/run.mcap: File too large" in ended.stdout
+    assert "; cannot write r/summary.json: File too large" in ended.stdout
+    assert not (tmp_path / "r" / "summary.json").exists()
