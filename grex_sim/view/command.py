@@ -8,6 +8,8 @@ import tyro
 from grex_link.errors import ConfigError
 from grex_sim.bus_options import DEFAULT_CONNECT, Connect
 
+_PORT_MAX = 65_535
+
 
 def view(
     run: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[RUN]")] = None,
@@ -26,6 +28,8 @@ def view(
     foxglove
         Serve map and scene for Foxglove's WebSocket connection on that port, instead of a page.
     """
+    if not 0 <= port <= _PORT_MAX:
+        raise ConfigError("--port", f"{port} is no port; they go to {_PORT_MAX}, and 0 takes any that is free")
     if foxglove:
         _serve_foxglove(run, connect, port)
         return
