@@ -106,7 +106,8 @@ def load_controller(config: TeamConfig) -> SpeedController:
     what the law orders, and so the mates' models of it hold.
     """
     law = "grex_agent.coordination:ThetaP"
-    known = {"theta_p": law, "theta_p_unbiased": law}
+    # The shared reference is no speed controller, and not asked for here; it is named for who misspells it.
+    known = {"theta_p": law, "theta_p_unbiased": law, "shared_reference": ""}
     controller: SpeedController = load_plugin("$.team.controller", config.controller, known)(config)
     return controller
 

@@ -126,6 +126,7 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
         for craft in scenario.craft
         if craft in scenario.standby
     }
+    _check_places(plans | standby)
     return TeamPlan(
         plans,
         duration_s,
@@ -134,6 +135,17 @@ def plan_mission(scenario: Scenario) -> TeamPlan:
         tuple(event.at_ned_m for event in scenario.events),
         tuple(craft for craft in scenario.craft if craft not in scenario.bases),
     )
+
+
+def _check_places(plans: dict[str, CraftPlan]) -> None:
+    """Refuse two craft at one place, which no coordination can keep apart."""
+    taken: dict[tuple[float, float, float], str] = {}
+    for craft, plan in plans.items():
+        north, east, _ = plan.start
+        place = round(north, 3), round(east, 3), round(plan.start_depth_m, 3)
+        other = taken.setdefault(place, craft)
+        if other != craft:
+            raise ConfigError("$", f"{other} and {craft} would start at the same place; move one of them")
 
 
 def _standby(at_ned_m: tuple[float, float, float], speed_mps: float) -> CraftPlan:

@@ -1,5 +1,6 @@
 """From the words of ``grex task`` to a task."""
 
+import math
 from typing import Any
 
 import msgspec
@@ -42,6 +43,6 @@ def _place(scenario: Scenario, craft: str, text: str) -> tuple[float, float, flo
         north, east, *depth = map(float, text.split(","))
     except ValueError:
         raise ConfigError("--at", f"{text!r} is not north,east or north,east,depth in metres") from None
-    if len(depth) > 1:
+    if len(depth) > 1 or not all(map(math.isfinite, (north, east, *depth))):
         raise ConfigError("--at", f"{text!r} is not north,east or north,east,depth in metres")
     return north, east, depth[0] if depth else plan_mission(scenario).everybody[craft].start_depth_m

@@ -140,10 +140,14 @@ def test_waiting_has_an_end(live):
             ("--craft", "standby1", "inspect", "--at", "here"),
             "grex: --at: 'here' is not north,east or north,east,depth in metres\n",
         ),
+        (
+            ("--craft", "standby1", "inspect", "--at", "nan,0,0"),
+            "grex: --at: 'nan,0,0' is not north,east or north,east,depth in metres\n",
+        ),
         (("--craft", "standby1", "return", "--radius", "5"), "grex: --radius: return has no such thing\n"),
         (("--craft", "standby1", "goto", "--at", "9999,0,5"), "grex: goto: north 9999 does not fit into an order: "),
     ],
-    ids=["craft", "missing", "at", "option", "far"],
+    ids=["craft", "missing", "at", "nan", "option", "far"],
 )
 def test_a_wrong_command_line(arguments, line):
     """What is wrong in the command is one line and status 2, before the bus is looked for."""

@@ -67,7 +67,7 @@ places = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.just(0.0))
 
 
 @given(
-    st.lists(places, min_size=2, max_size=5),
+    st.lists(places, min_size=2, max_size=5, unique_by=lambda place: (round(place[0], 2), round(place[1], 2))),
     st.floats(60.0, 200.0),
     st.floats(-360.0, 360.0),
     st.sampled_from(["port", "starboard"]),

@@ -34,5 +34,5 @@ def test_everything_is_told():
 
 def test_a_scenario_without_any_says_nothing():
     """Where all are in the formation and there are no tasks, there is nothing to tell."""
-    mission = {"type": "lawnmower", "formation_m": {craft: [0.0, 0.0, 0.0] for craft in ("top", "low")}}
+    mission = {"type": "lawnmower", "formation_m": {"top": [0.0, 0.0, 0.0], "low": [0.0, 9.0, 0.0]}}
     assert text(mission=mission, standby={}, link={}, craft={"top": {}, "low": {}}) == ""

@@ -38,7 +38,7 @@ def test_words_to_tasks(craft, what, options, task):
         ("goto", {"at": "1"}, "--at"),
         ("goto", {"at": "1,2,3,4"}, "--at"),
         ("goto", {"at": "1,two"}, "--at"),
-        ("goto", {"at": "nan,0"}, "goto"),
+        ("goto", {"at": "nan,0"}, "--at"),
         ("hold", {"radius": 3.0}, "--radius"),
         ("inspect", {"at": "1,2", "for": -1.0}, "inspect"),
         ("hold", {"for": 1e7}, "hold"),

@@ -170,8 +170,8 @@ def test_a_rigid_formation_keeps_its_greatest_distance(size):
 
 def test_greatest_distance_of_lines_is_at_an_end():
     """Craft that run apart are farthest apart where they end; craft that meet, where they start."""
-    apart = {"auv1": listed(line(100.0, 0.0)), "auv2": listed(line(100.0, 75.0, 1.25))}
-    assert range_max_m(plan_tracks(apart)) == pytest.approx(75.0)
+    apart = {"auv1": listed(line(100.0, 0.0)), "auv2": listed(line(100.0, 76.0, 1.25), start=(0.0, 1.0, 0.0))}
+    assert range_max_m(plan_tracks(apart)) == pytest.approx(76.0)
     meeting = {"auv1": listed(line(0.0, 50.0)), "auv2": listed(line(0.0, 50.0, 1.0), start=(0.0, 100.0, 0.0))}
     assert range_max_m(plan_tracks(meeting)) == pytest.approx(100.0)
 
@@ -245,6 +245,11 @@ LAME = {"auv2": {"vehicle": {"surge": {"lag_s": 2.0, "min": 0.3, "max": 0.9, "ra
         ),
         (lambda: plan_tracks({"auv1": listed(ROUND_NOTHING)}), "$.mission.craft.auv1.tracks[0]", "no length"),
         (lambda: plan_tracks({"auv1": listed(NO_ANGLE)}), "$.mission.craft.auv1.tracks[0]", "no length"),
+        (
+            lambda: plan(formation={"a": [0, 5.0, 1.0], "b": [3.0, 0, 1.0], "c": [0, 5.0, 1.0]}),
+            "$",
+            "a and c would start at the same place",
+        ),
     ],
 )
 def test_faults_are_named(make, path, word):
