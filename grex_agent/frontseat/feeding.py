@@ -79,12 +79,13 @@ class Feeder:
             return None
         north_m = fix.north_m + age_s * fix.speed_mps * math.cos(fix.heading_rad)
         east_m = fix.east_m + age_s * fix.speed_mps * math.sin(fix.heading_rad)
-        unix_ns = self._unix_offset_ns + round(now_s * NS)
+        now_ns = round(now_s * NS)
         if self._kind == "vision":
-            return self._vision(fix, north_m, east_m, unix_ns)
-        return self._gps_input(fix, north_m, east_m, unix_ns)
+            # A PX4 places it by our answers to its TIMESYNC, which are on the same clock.
+            return self._vision(fix, north_m, east_m, now_ns)
+        return self._gps_input(fix, north_m, east_m, self._unix_offset_ns + now_ns)
 
-    def _vision(self, fix: Fix, north_m: float, east_m: float, unix_ns: int) -> Mavlink:
+    def _vision(self, fix: Fix, north_m: float, east_m: float, now_ns: int) -> Mavlink:
         assert self._origin is not None  # noqa: S101 - `due` has looked
         x, y = to_mission(self._origin, *to_degrees(self._datum, north_m, east_m))
         variance = fix.sigma_m**2
@@ -92,7 +93,7 @@ class Feeder:
         # The upper triangle, row by row: x, y, z, roll, pitch, yaw.
         covariance[0] = covariance[6] = covariance[11] = variance
         return mavlink.MAVLink_vision_position_estimate_message(
-            unix_ns // 1000, x, y, fix.down_m, 0.0, 0.0, fix.heading_rad, covariance, 0
+            now_ns // 1000, x, y, fix.down_m, 0.0, 0.0, fix.heading_rad, covariance, 0
         )
 
     def _gps_input(self, fix: Fix, north_m: float, east_m: float, unix_ns: int) -> Mavlink:

@@ -115,6 +115,8 @@ def _data_stream(brain: Brain, message: Message, link: int, now_s: float) -> Non
 
 def _timesync(brain: Brain, message: Message, link: int, now_s: float) -> None:
     if message["tc1"] != 0:
+        if brain.family.timesync_asks_hz:
+            brain.stamps[link].on_answer(message["tc1"] * 1e-9, message["ts1"] * 1e-9, brain.boot.age_s(now_s))
         return
     answer = {"tc1": round(brain.boot.age_s(now_s) * 1e9), "ts1": message["ts1"]}
     brain.say("TIMESYNC", answer, link, now_s + brain.family.timesync_s)
@@ -142,8 +144,9 @@ def _gps_input(brain: Brain, message: Message, link: int, now_s: float) -> None:
 
 def _vision(brain: Brain, message: Message, link: int, now_s: float) -> None:
     """Take a position in the autopilot's own frame: it needs an origin, which somebody sets."""
-    del link
     origin = brain.estimator.origin
+    if not brain.stamps[link].usable(message["usec"] * 1e-6, brain.boot.age_s(now_s)):
+        return
     near = max(abs(message["x"]), abs(message["y"])) < _FAR_M
     if origin is not None and near and (_external(brain, "EK3_SRC1_POSXY") or _external(brain, "EKF2_EV_CTRL")):
         brain.estimator.on_fix(origin[0] + message["x"], origin[1] + message["y"], brain.craft.truth, now_s)

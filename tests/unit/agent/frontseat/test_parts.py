@@ -9,6 +9,7 @@ from grex_agent.frontseat.bootwatch import BootWatch
 from grex_agent.frontseat.dialect import Codec, mavlink
 from grex_agent.frontseat.echoes import Echoes
 from grex_agent.frontseat.feeding import Feeder
+from grex_agent.frontseat.timekeeping import Timekeeper
 from grex_agent.frontseat.timesync import BootClock, older
 from grex_agent.frontseat.trim import SpeedTrim
 from grex_link.messages import Fix
@@ -179,6 +180,21 @@ def test_vision_is_told_in_the_autopilots_own_frame():
     told = bench.said("VISION_POSITION_ESTIMATE")
     assert 4 <= len(told) <= 6
     assert (told[-1].x, told[-1].y, told[-1].z) == pytest.approx((30.0 - 11.13, -40.0, 5.0), abs=0.05)
+
+
+def seen(now_s: float, **changes):
+    """What vision is told at a time."""
+    feeder = Feeder("vision", DATUM, 1_800_000_000 * NS)
+    feeder.on_origin(mavlink.MAVLink_gps_global_origin_message(543_700_000, 101_600_000, 0))
+    feeder.on_fix(fix(**changes), now_s)
+    return feeder.due(now_s, 1.0)
+
+
+def test_vision_is_stamped_with_the_clock_that_answers_timesync():
+    """A PX4 that has learned our clock from TIMESYNC can place a position: it is not stamped with the date."""
+    assert seen(11.0).usec == 11_000_000
+    answer = Timekeeper(1.0).on_timesync(mavlink.MAVLink_timesync_message(0, 1), 11.0)[0]
+    assert seen(11.0).usec == answer.tc1 // 1000
 
 
 def test_of_gives_a_sender():

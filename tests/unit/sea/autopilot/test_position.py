@@ -205,6 +205,25 @@ def test_vision_gives_a_position():
     assert bench.pilot.brain.estimator.belief.east_m == pytest.approx(-2.0, abs=0.01)
 
 
+@pytest.mark.parametrize(("ahead_s", "aiding"), [(0.0, True), (1_800_000_000.0, False)])
+def test_a_px4_that_has_learned_our_clock_takes_no_other(ahead_s, aiding):
+    """After 50 s of TIMESYNC a PX4 places vision by its stamp: one of another clock is not taken any more."""
+    bench = Bench("px4", wind_ned_mps=(0.0, 0.0), parameters={"EKF2_EV_CTRL": 1}).run(3.0)
+    bench.send("SET_GPS_GLOBAL_ORIGIN", target_system=1, latitude=543_700_000, longitude=101_600_000, altitude=0)
+
+    def ours_s():
+        return 7000.0 + bench.now
+
+    def see():
+        bench.send("TIMESYNC", tc1=round(ours_s() * 1e9), ts1=round((bench.now - 0.0004) * 1e9))
+        bench.send("VISION_POSITION_ESTIMATE", usec=round((ours_s() + ahead_s) * 1e6), x=3.0, y=-2.0)
+
+    bench.run(40.0, 0.1, see)
+    assert bench.pilot.brain.estimator.aiding, "before that it goes by the arrival"
+    bench.run(75.0, 0.1, see)
+    assert bench.pilot.brain.estimator.aiding is aiding
+
+
 @pytest.mark.parametrize(("action", "mode", "says"), [(0, 15, False), (2, 15, True)])
 def test_the_position_failsafe_can_be_turned_off(action, mode, says):
     """FS_EKF_ACTION 0 does nothing, 2 only says so."""
