@@ -26,6 +26,9 @@ _NO_ALTITUDE_OR_VERTICAL = (
     | mavlink.GPS_INPUT_IGNORE_FLAG_VERTICAL_ACCURACY
 )
 _SPEED_SIGMA_MPS = 0.3
+#: Roll and pitch are told as 0, which a craft under way keeps to some ten degrees; a compass in a hull of steel and
+#: currents is no better. It is also the least that an ArduPilot believes of a yaw from outside (VISO_YAW_M_NSE).
+_ATTITUDE_SIGMA_RAD = 0.2
 
 
 class Feeder:
@@ -90,8 +93,10 @@ class Feeder:
         x, y = to_mission(self._origin, *to_degrees(self._datum, north_m, east_m))
         variance = fix.sigma_m**2
         covariance = [math.nan] * 21
-        # The upper triangle, row by row: x, y, z, roll, pitch, yaw.
+        # The upper triangle, row by row: x, y, z, roll, pitch, yaw. An ArduPilot that finds the first a number adds up
+        # all six: one NaN among them is an internal error of its estimator.
         covariance[0] = covariance[6] = covariance[11] = variance
+        covariance[15] = covariance[18] = covariance[20] = _ATTITUDE_SIGMA_RAD**2
         return mavlink.MAVLink_vision_position_estimate_message(
             now_ns // 1000, x, y, fix.down_m, 0.0, 0.0, fix.heading_rad, covariance, 0
         )

@@ -109,6 +109,7 @@ class Brain:
         self.boot = Boot(self.family.boot, at_s, settings.ready_s)
         self.modes = Modes(self.family, self.boot)
         external = any(int(self.parameters.get(name)) == value for name, value in self.family.external_fix)
+        self.listens_to_vision = bool(self.parameters.get("VISO_TYPE"))
         self.estimator = Estimator(
             self.boot, self.family.loss, body.who, settings.seed, settings.noise_m, external=external
         )

@@ -197,6 +197,13 @@ def test_vision_is_stamped_with_the_clock_that_answers_timesync():
     assert seen(11.0).usec == answer.tc1 // 1000
 
 
+def test_vision_tells_every_variance():
+    """Each of the six variances is a number: an ArduPilot adds them up, and NaN is an internal error there."""
+    covariance = seen(11.0, sigma_m=0.5).covariance
+    assert [covariance[k] for k in (0, 6, 11)] == [0.25] * 3
+    assert [covariance[k] for k in (15, 18, 20)] == pytest.approx([0.04] * 3)
+
+
 def test_of_gives_a_sender():
     """The bench's own messages have the ids they are given."""
     assert of(mavlink.MAVLink_timesync_message(0, 1), 9, 8).get_srcSystem() == 9
