@@ -37,7 +37,8 @@ class StampSync:
         age_s : float
             Now.
         """
-        if not 0.0 <= age_s - asked_s < _ROUND_TRIP_MAX_S:
+        # It counts in microseconds.
+        if not 0.0 <= round(age_s - asked_s, 6) < _ROUND_TRIP_MAX_S:
             return
         offset_s = (asked_s + age_s) / 2.0 - theirs_s
         if self.answers >= _CONVERGED and abs(offset_s - self._offset_s) > _DEVIATION_MAX_S:
