@@ -97,7 +97,7 @@ class FrontseatCore:
     def on_navigation(self, fix: Fix, now_ns: int) -> list[Output]:
         """Take a position that is to be fed into the autopilot."""
         if self.peer is not None and self.peer.feeder is not None:
-            self.peer.feeder.on_fix(fix, now_ns / NS)
+            self.peer.feeder.on_fix(fix, now_ns / NS, self.peer.rate)
         return []
 
     def on_time(self, now_ns: int) -> list[Output]:

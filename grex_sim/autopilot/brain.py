@@ -20,6 +20,7 @@ from grex_sim.autopilot.modes import Modes
 from grex_sim.autopilot.parameters import RENAMED_47, Parameters
 from grex_sim.autopilot.place import Place
 from grex_sim.autopilot.streams import Streams
+from grex_sim.autopilot.timesync import StampSync
 
 _PIECE = 50
 
@@ -108,6 +109,7 @@ class Brain:
         self.boot = Boot(self.family.boot, at_s, settings.ready_s)
         self.modes = Modes(self.family, self.boot)
         external = any(int(self.parameters.get(name)) == value for name, value in self.family.external_fix)
+        self.listens_to_vision = bool(self.parameters.get("VISO_TYPE"))
         self.estimator = Estimator(
             self.boot, self.family.loss, body.who, settings.seed, settings.noise_m, external=external
         )
@@ -118,6 +120,7 @@ class Brain:
         if self.family.timesync_asks_hz:
             defaults["TIMESYNC"] = self.family.timesync_asks_hz
         self.streams = [Streams(defaults, self.family.rate_max_hz, start_s) for _ in range(settings.links)]
+        self.stamps = [StampSync() for _ in range(settings.links)]
         self.home: tuple[float, float, float] | None = None
         self.critical = False
         self.reboot_at_s = math.inf

@@ -1,5 +1,6 @@
 """What an autopilot makes of every other message it hears: set-points, heartbeats, parameters, fixes, questions."""
 
+import math
 from collections.abc import Callable
 
 from grex_sim.autopilot.brain import Brain
@@ -8,6 +9,8 @@ from grex_sim.autopilot.message import Message
 from grex_sim.autopilot.setpoints import Order, from_attitude, from_global, from_local
 
 _FAR_M = 1e6
+#: Of x, y, z, roll, pitch and yaw, in the upper triangle row by row.
+_VARIANCES = (0, 6, 11, 15, 18, 20)
 
 
 def hear(brain: Brain, message: Message, link: int, now_s: float) -> None:
@@ -115,6 +118,8 @@ def _data_stream(brain: Brain, message: Message, link: int, now_s: float) -> Non
 
 def _timesync(brain: Brain, message: Message, link: int, now_s: float) -> None:
     if message["tc1"] != 0:
+        if brain.family.timesync_asks_hz:
+            brain.stamps[link].on_answer(message["tc1"] * 1e-9, message["ts1"] * 1e-9, brain.boot.age_s(now_s))
         return
     answer = {"tc1": round(brain.boot.age_s(now_s) * 1e9), "ts1": message["ts1"]}
     brain.say("TIMESYNC", answer, link, now_s + brain.family.timesync_s)
@@ -142,11 +147,24 @@ def _gps_input(brain: Brain, message: Message, link: int, now_s: float) -> None:
 
 def _vision(brain: Brain, message: Message, link: int, now_s: float) -> None:
     """Take a position in the autopilot's own frame: it needs an origin, which somebody sets."""
-    del link
     origin = brain.estimator.origin
+    stamped = brain.stamps[link].usable(message["usec"] * 1e-6, brain.boot.age_s(now_s))
     near = max(abs(message["x"]), abs(message["y"])) < _FAR_M
-    if origin is not None and near and (_external(brain, "EK3_SRC1_POSXY") or _external(brain, "EKF2_EV_CTRL")):
+    if origin is not None and near and stamped and _takes_vision(brain) and _has_accuracy(brain, message):
         brain.estimator.on_fix(origin[0] + message["x"], origin[1] + message["y"], brain.craft.truth, now_s)
+
+
+def _takes_vision(brain: Brain) -> bool:
+    """Whether vision is a source; an ArduPilot also needs the driver that listens to it, which is there from boot."""
+    return _external(brain, "EKF2_EV_CTRL") or (_external(brain, "EK3_SRC1_POSXY") and brain.listens_to_vision)
+
+
+def _has_accuracy(brain: Brain, message: Message) -> bool:
+    """Whether its variances are numbers: an ArduPilot adds all of them up if the first one is, and NaN spoils it."""
+    covariance = message.fields.get("covariance") or [math.nan]
+    if brain.family.own_mode_encoding or math.isnan(covariance[0]):
+        return True
+    return not any(math.isnan(covariance[k]) for k in _VARIANCES)
 
 
 def _on_earth(latitude: int, longitude: int) -> bool:

@@ -24,6 +24,7 @@ ARDUPILOT: tuple[tuple[str, str, float], ...] = (
     ("EK3_SRC1_POSXY", "i8", 3),
     ("EK3_SRC1_VELXY", "i8", 3),
     ("EK3_SRC1_POSZ", "i8", 1),
+    ("EK3_SRC1_VELZ", "i8", 3),
     ("EK3_SRC1_YAW", "i8", 1),
     ("VISO_TYPE", "i8", 0),
     ("AHRS_EKF_TYPE", "i8", 3),

@@ -75,6 +75,7 @@ FAMILY = Family(
         ("COM_RC_IN_MODE", "i32", 1),
         ("NAV_DLL_ACT", "i32", 0),
         ("NAV_RCL_ACT", "i32", 2),
+        ("COM_RCL_EXCEPT", "i32", 0),
         ("EKF2_EV_CTRL", "i32", 0),
         ("EKF2_GPS_CTRL", "i32", 7),
         ("SIM_GPS_USED", "i32", 10),

@@ -73,6 +73,7 @@ FAMILY = Family(
         ("LOIT_RADIUS", "f32", 2.0),
         ("FS_ACTION", "i8", 2),
         ("FS_TIMEOUT", "f32", 1.5),
+        ("FS_THR_ENABLE", "i8", 1),
         ("FS_EKF_ACTION", "i8", 1),
         ("FS_EKF_THRESH", "f32", 0.8),
         ("FS_GCS_ENABLE", "i8", 0),

@@ -16,9 +16,10 @@ DRIFT_MPS = 0.2
 class Fed(AdapterBench):
     """An autopilot without satellites, and an adapter that may be given fixes."""
 
-    def __init__(self, folder, family: str, feed: str, parameter: str) -> None:
+    def __init__(self, folder, family: str, feed: str, *parameters: str) -> None:
         self.family = family
-        self.options = ("--param", parameter, "--wind", "0,0", "--seed", "1")
+        given = (word for parameter in parameters for word in ("--param", parameter))
+        self.options = (*given, "--wind", "0,0", "--seed", "1")
         self.more = f'feed = "{feed}"'
         super().__init__(folder)
 
@@ -58,17 +59,17 @@ class Fed(AdapterBench):
 
 
 KINDS = [
-    pytest.param("rover", "gps_input", "GPS1_TYPE=14", marks=pytest.mark.slow),
-    ("sub", "gps_input", "GPS1_TYPE=14"),
-    ("sub", "vision", "EK3_SRC1_POSXY=6"),
-    pytest.param("px4", "vision", "EKF2_EV_CTRL=1", marks=pytest.mark.slow),
+    pytest.param("rover", "gps_input", ("GPS1_TYPE=14",), marks=pytest.mark.slow),
+    ("sub", "gps_input", ("GPS1_TYPE=14",)),
+    ("sub", "vision", ("EK3_SRC1_POSXY=6", "VISO_TYPE=1")),
+    pytest.param("px4", "vision", ("EKF2_EV_CTRL=1",), marks=pytest.mark.slow),
 ]
 
 
-@pytest.mark.parametrize(("family", "feed", "parameter"), KINDS)
-def test_it_is_where_it_is_told_to_be(tmp_path, family: str, feed: str, parameter: str):
+@pytest.mark.parametrize(("family", "feed", "parameters"), KINDS)
+def test_it_is_where_it_is_told_to_be(tmp_path, family: str, feed: str, parameters: tuple[str, ...]):
     """Not fed it has no position and is not armed; fed it is where it is told, arms, follows; starved it says so."""
-    bench = Fed(tmp_path, family, feed, parameter)
+    bench = Fed(tmp_path, family, feed, *parameters)
     try:
         bench.until(lambda: bench.core.peer is not None, 10.0)
         bench.go_on(30.0)

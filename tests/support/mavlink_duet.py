@@ -7,6 +7,7 @@ from grex_agent.frontseat.dialect import Codec
 from grex_agent.frontseat.inspection import Inspection
 from grex_agent.frontseat.outputs import Note
 from grex_link.config import DatumConfig, MavlinkFrontseat
+from grex_link.messages import Fix
 from grex_link.units import NS
 from grex_sim.autopilot.brain import Settings
 from grex_sim.autopilot.codec import Codec as AutopilotCodec
@@ -15,6 +16,8 @@ from grex_sim.autopilot.family import load_family
 from grex_sim.autopilot.message import Message
 
 STEP_S = 0.02
+#: Of the adapter's clock at zero.
+DATE_S = 1_800_000_000
 
 
 class Duet:
@@ -25,7 +28,7 @@ class Duet:
         self.pilot = Autopilot(Settings(family=load_family(family), **chosen))
         config = MavlinkFrontseat(url="udpin:127.0.0.1:1", **(adapter or {}))
         self.own = config.own_system
-        self.core = FrontseatCore(config, DatumConfig(START.latitude_deg, START.longitude_deg))
+        self.core = FrontseatCore(config, DatumConfig(START.latitude_deg, START.longitude_deg), 1.0, DATE_S * NS)
         self.ours, self.theirs = Codec(config.own_system, config.own_component), AutopilotCodec(1)
         self.inspection: Inspection | None = None
         self._inspects = inspect
@@ -45,6 +48,10 @@ class Duet:
             self._take(self.core.on_time(self.now_ns))
             self._take([] if self.inspection is None else self.inspection.due(self.now))
         return self
+
+    def navigate(self, fix: Fix) -> None:
+        """Tell the adapter where the craft is."""
+        self._take(self.core.on_navigation(fix, self.now_ns))
 
     @property
     def now_ns(self) -> int:

@@ -9,6 +9,7 @@ from grex_agent.frontseat.bootwatch import BootWatch
 from grex_agent.frontseat.dialect import Codec, mavlink
 from grex_agent.frontseat.echoes import Echoes
 from grex_agent.frontseat.feeding import Feeder
+from grex_agent.frontseat.timekeeping import Timekeeper
 from grex_agent.frontseat.timesync import BootClock, older
 from grex_agent.frontseat.trim import SpeedTrim
 from grex_link.messages import Fix
@@ -141,7 +142,8 @@ def fix(**changes) -> Fix:
 def test_gps_input():
     """A fed fix is a GPS_INPUT: place in degrees, velocity, accuracy, and the GPS week of the wall clock."""
     feeder = Feeder("gps_input", DATUM, 1_800_000_000 * NS)
-    feeder.on_fix(fix(), 10.0)
+    for at_s in (6.0, 8.0, 10.0):
+        feeder.on_fix(fix(north_m=20.0 + at_s), at_s, 1.0)
     message = feeder.due(11.0, 1.0)
     assert message.lat / 1e7 == pytest.approx(54.37 + 31.0 / 111_330.0, abs=1e-6)
     assert message.horiz_accuracy == pytest.approx(0.5)
@@ -157,10 +159,52 @@ def test_what_is_not_valid_is_not_fed():
     """A position that is not valid, or no number, ends the feeding: the autopilot must know that there is none."""
     feeder = Feeder("gps_input", DATUM, 0)
     for bad in (fix(valid=False), fix(north_m=math.nan)):
-        feeder.on_fix(fix(), 1.0)
-        assert feeder.due(1.1, 1.0) is not None
-        feeder.on_fix(bad, 1.1)
-        assert feeder.due(1.2, 1.0) is None
+        for at_s in (1.0, 3.0):
+            feeder.on_fix(fix(), at_s, 1.0)
+        assert feeder.due(3.1, 1.0) is not None
+        feeder.on_fix(bad, 3.1, 1.0)
+        assert feeder.due(3.2, 1.0) is None
+
+
+def carried(seconds: float, rate: float = 1.0, heading=lambda _: 0.0, current=(0.0, 0.5)):
+    """A feeder that has been told, twice a second, of a craft that makes 1 m/s through water that moves."""
+    feeder, north, east = Feeder("gps_input", DATUM, 0), 0.0, 0.0
+    for k in range(round(2.0 * seconds) + 1):
+        heading_rad = heading(k / 2.0)
+        feeder.on_fix(fix(north_m=north, east_m=east, heading_rad=heading_rad), 5.0 + k / 2.0 / rate, rate)
+        north += 0.5 * (math.cos(heading_rad) + current[0])
+        east += 0.5 * (math.sin(heading_rad) + current[1])
+    return feeder
+
+
+@pytest.mark.parametrize("rate", [1.0, 5.0])
+def test_a_fed_velocity_is_that_over_ground(rate):
+    """What carries a craft sideways is in GPS_INPUT: an autopilot believes its GPS's velocity."""
+    feeder = carried(10.0, rate)
+    message = feeder.due(5.0 + 10.0 / rate, rate)
+    assert (message.vn, message.ve) == pytest.approx((1.0, 0.5), abs=1e-6)
+    later = feeder.due(5.0 + 12.0 / rate, rate)
+    assert (later.lon - message.lon) / 1e7 * 111_330.0 * math.cos(math.radians(54.37)) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_fed_velocity_turns_with_the_craft():
+    """In a turn of 9 degrees a second the velocity fed is that of the moment, not the mean of the last ten seconds."""
+    message = carried(20.0, heading=lambda at_s: math.pi / 20.0 * at_s).due(25.0, 1.0)
+    assert (message.vn, message.ve) == pytest.approx((-1.0, 0.5), abs=0.15)
+
+
+def test_a_fed_velocity_is_as_good_as_the_positions():
+    """The accuracy claimed of the velocity is that of the two positions over their time; a GPS without it is none."""
+    assert carried(1.5).due(6.5, 1.0) is None
+    assert carried(2.0).due(7.0, 1.0).speed_accuracy == pytest.approx(math.hypot(0.5 / 2, 0.5 / 2, 0.1), abs=1e-6)
+    assert carried(60.0).due(65.0, 1.0).speed_accuracy == pytest.approx(math.hypot(0.05, 0.05, 0.1), abs=0.002)
+
+
+def test_a_gap_in_the_positions_is_no_velocity():
+    """After more than four seconds without positions the velocity is learned anew."""
+    feeder = carried(10.0)
+    feeder.on_fix(fix(), 20.0, 1.0)
+    assert feeder.due(20.1, 1.0) is None
 
 
 def test_vision_is_told_in_the_autopilots_own_frame():
@@ -179,6 +223,28 @@ def test_vision_is_told_in_the_autopilots_own_frame():
     told = bench.said("VISION_POSITION_ESTIMATE")
     assert 4 <= len(told) <= 6
     assert (told[-1].x, told[-1].y, told[-1].z) == pytest.approx((30.0 - 11.13, -40.0, 5.0), abs=0.05)
+
+
+def seen(now_s: float, **changes):
+    """What vision is told at a time."""
+    feeder = Feeder("vision", DATUM, 1_800_000_000 * NS)
+    feeder.on_origin(mavlink.MAVLink_gps_global_origin_message(543_700_000, 101_600_000, 0))
+    feeder.on_fix(fix(**changes), now_s, 1.0)
+    return feeder.due(now_s, 1.0)
+
+
+def test_vision_is_stamped_with_the_clock_that_answers_timesync():
+    """A PX4 that has learned our clock from TIMESYNC can place a position: it is not stamped with the date."""
+    assert seen(11.0).usec == 11_000_000
+    answer = Timekeeper(1.0).on_timesync(mavlink.MAVLink_timesync_message(0, 1), 11.0)[0]
+    assert seen(11.0).usec == answer.tc1 // 1000
+
+
+def test_vision_tells_every_variance():
+    """Each of the six variances is a number: an ArduPilot adds them up, and NaN is an internal error there."""
+    covariance = seen(11.0, sigma_m=0.5).covariance
+    assert [covariance[k] for k in (0, 6, 11)] == [0.25] * 3
+    assert [covariance[k] for k in (15, 18, 20)] == pytest.approx([0.04] * 3)
 
 
 def test_of_gives_a_sender():

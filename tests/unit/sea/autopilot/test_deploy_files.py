@@ -1,5 +1,6 @@
 """The parameter files of deploy/ on the simulated autopilots."""
 
+import re
 import struct
 from pathlib import Path
 
@@ -17,6 +18,37 @@ def values(path: Path) -> dict[str, float]:
     fields = [row.split("\t") for row in rows]
     assert all(len(row) == 5 for row in fields)
     return {row[2]: float(row[3]) for row in fields}
+
+
+def alternative(path: Path, first: str) -> dict[str, float]:
+    """Names and values of the commented lines from one on."""
+    rows = re.findall(r"^# ([A-Z0-9_]+),(\d+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    names = [name for name, _ in rows]
+    return {name: float(value) for name, value in rows[names.index(first) :]}
+
+
+def test_the_subs_lines_on_vision_are_enough():
+    """A Sub with the file and its lines on vision has a position as soon as vision tells one; every name is known."""
+    path = DEPLOY / "ardupilot" / "sub.param"
+    lines = alternative(path, "VISO_TYPE")
+    assert {"VISO_TYPE", "EK3_SRC1_POSXY", "EK3_SRC1_VELXY", "EK3_SRC1_YAW"} <= set(lines)
+    bench = Bench("sub", ready_s=4.0, parameters=values(path) | lines).run(1.0)
+    bench.send("SET_GPS_GLOBAL_ORIGIN", target_system=1, latitude=543_700_000, longitude=101_600_000, altitude=0)
+    bench.run(9.0, 0.2, lambda: bench.send("VISION_POSITION_ESTIMATE", usec=0, x=3.0, y=-2.0))
+    assert bench.pilot.brain.estimator.aiding
+
+
+@pytest.mark.parametrize(
+    ("file", "wanted"),
+    [
+        ("ardupilot/rover.param", {"FS_THR_ENABLE": 1}),
+        ("ardupilot/sub.param", {"FS_PILOT_INPUT": 1}),
+        ("px4/px4.params", {"NAV_RCL_ACT": 1, "COM_RCL_EXCEPT": 0}),
+    ],
+)
+def test_the_loss_of_a_pilots_hand_is_decided(file, wanted):
+    """Each file says what the loss of remote control or joystick does, and none of them disarms or drives home."""
+    assert {name: values(DEPLOY / file)[name] for name in wanted} == wanted
 
 
 @pytest.mark.parametrize("file", ["ardupilot/rover.param", "ardupilot/sub.param", "px4/px4.params"])

@@ -189,20 +189,73 @@ def test_an_external_estimate_needs_no_altitude():
     assert blind.command(43003, name="COMMAND_INT", **there, z=math.nan) == 4
 
 
-def test_vision_gives_a_position():
-    """With EK3_SRC1_POSXY = 6 and an origin that somebody set, VISION_POSITION_ESTIMATE makes a position."""
-    bench = Bench("sub", ready_s=4.0, wind_ned_mps=(0.0, 0.0), parameters={"EK3_SRC1_POSXY": 6}).run(1.0)
+def sees(**parameters):
+    """A Sub that is told its place by vision: before it has an origin, and after."""
+    bench = Bench("sub", ready_s=4.0, wind_ned_mps=(0.0, 0.0), parameters=parameters).run(1.0)
 
-    def see():
-        bench.send("VISION_POSITION_ESTIMATE", usec=0, x=3.0, y=-2.0, z=0.0, roll=0.0, pitch=0.0, yaw=0.0)
+    def go_on(until, **changes):
+        there = {"usec": 0, "x": 3.0, "y": -2.0, "z": 0.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0} | changes
+        bench.run(until, 0.2, lambda: bench.send("VISION_POSITION_ESTIMATE", **there))
+        return bench
 
-    bench.run(5.0, 0.2, see)
-    assert not bench.pilot.brain.estimator.aiding, "no origin yet"
+    return go_on
+
+
+def set_origin(bench):
     bench.send("SET_GPS_GLOBAL_ORIGIN", target_system=1, latitude=543_700_000, longitude=101_600_000, altitude=0)
-    bench.run(9.0, 0.2, see)
+
+
+def test_vision_gives_a_position():
+    """With VISO_TYPE, EK3_SRC1_POSXY = 6 and an origin that somebody set, VISION_POSITION_ESTIMATE makes a position."""
+    go_on = sees(EK3_SRC1_POSXY=6, VISO_TYPE=1)
+    bench = go_on(5.0)
+    assert not bench.pilot.brain.estimator.aiding, "no origin yet"
+    set_origin(bench)
+    go_on(9.0)
     assert bench.pilot.brain.estimator.aiding
     assert bench.pilot.brain.estimator.belief.north_m == pytest.approx(3.0, abs=0.01)
     assert bench.pilot.brain.estimator.belief.east_m == pytest.approx(-2.0, abs=0.01)
+
+
+def test_vision_needs_its_driver():
+    """With VISO_TYPE = 0 nobody in an ArduPilot listens to vision, whatever its estimator is told to use."""
+    go_on = sees(EK3_SRC1_POSXY=6)
+    set_origin(go_on(1.2))
+    assert not go_on(9.0).pilot.brain.estimator.aiding
+
+
+@pytest.mark.parametrize(
+    ("first", "angle", "aiding"), [(0.2, 0.04, True), (0.2, math.nan, False), (math.nan,) * 2 + (True,)]
+)
+def test_an_ardupilot_adds_up_the_variances(first, angle, aiding):
+    """A NaN among the variances spoils the estimate, unless the first one says that none is known."""
+    go_on = sees(EK3_SRC1_POSXY=6, VISO_TYPE=1)
+    set_origin(go_on(1.2))
+    covariance = [math.nan] * 21
+    for k in (0, 6, 11):
+        covariance[k] = first
+    for k in (15, 18, 20):
+        covariance[k] = angle
+    assert go_on(9.0, covariance=covariance).pilot.brain.estimator.aiding is aiding
+
+
+@pytest.mark.parametrize(("ahead_s", "aiding"), [(0.0, True), (1_800_000_000.0, False)])
+def test_a_px4_that_has_learned_our_clock_takes_no_other(ahead_s, aiding):
+    """After 50 s of TIMESYNC a PX4 places vision by its stamp: one of another clock is not taken any more."""
+    bench = Bench("px4", wind_ned_mps=(0.0, 0.0), parameters={"EKF2_EV_CTRL": 1}).run(3.0)
+    bench.send("SET_GPS_GLOBAL_ORIGIN", target_system=1, latitude=543_700_000, longitude=101_600_000, altitude=0)
+
+    def ours_s():
+        return 7000.0 + bench.now
+
+    def see():
+        bench.send("TIMESYNC", tc1=round(ours_s() * 1e9), ts1=round((bench.now - 0.0004) * 1e9))
+        bench.send("VISION_POSITION_ESTIMATE", usec=round((ours_s() + ahead_s) * 1e6), x=3.0, y=-2.0)
+
+    bench.run(40.0, 0.1, see)
+    assert bench.pilot.brain.estimator.aiding, "before that it goes by the arrival"
+    bench.run(75.0, 0.1, see)
+    assert bench.pilot.brain.estimator.aiding is aiding
 
 
 @pytest.mark.parametrize(("action", "mode", "says"), [(0, 15, False), (2, 15, True)])
