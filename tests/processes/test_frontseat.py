@@ -334,6 +334,7 @@ def test_probe(tmp_path, family: str):
         found = probe(f"udpin:127.0.0.1:{port}")
     assert (found.returncode, found.stderr) == (0, ""), found.stdout
     assert re.search(r"Position +valid", found.stdout)
+    assert re.search(r"Place +54\.37\d{4}, 10\.16\d{4}$", found.stdout, re.MULTILINE)
     assert re.search(r"Version +\d+\.\d+\.\d+", found.stdout)
     assert re.search(r"GLOBAL_POSITION_INT \d", found.stdout)
     assert re.search(r"Missing +nothing", found.stdout)

@@ -48,6 +48,11 @@ def test_it_waits_for_the_system_it_was_told():
     bench = MavlinkBench(system=7).run(5.0)
     assert bench.core.peer is None
     assert bench.words == ["heard system id 1; waiting for 7"]
+    wanted = "no heartbeat of an autopilot with system id 7 on udpin:127.0.0.1:1 (heard system id"
+    what_to_do = ": set frontseat.system, or the autopilot's SYSID_THISMAV)"
+    assert bench.core.waits_for(bench.now_ns) == f"{wanted} 1{what_to_do}"
+    bench.heartbeat(system=12)
+    assert bench.core.waits_for(bench.now_ns) == f"{wanted}s 1, 12{what_to_do}"
     bench.heartbeat(system=7)
     assert bench.core.target_system == 7
 
@@ -70,6 +75,7 @@ def test_an_unknown_vehicle_is_refused_in_words():
     assert bench.core.peer is None
     assert len(bench.words) == 1
     assert "no known family" in bench.words[0]
+    assert bench.words[0] in bench.core.waits_for(bench.now_ns)
 
 
 def test_a_family_can_be_named():
