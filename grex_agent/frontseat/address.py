@@ -15,10 +15,10 @@ _BAUD = 57600
 _KEY_BYTES = 32
 #: What to look at when an address is good and nobody speaks there.
 _LOOK_AT = {
-    "udpin": "is it on, and does it send to this address?",
-    "udpout": "is it on, and does it listen there?",
-    "tcp": "is it on, and is this its address?",
-    "serial": "is it on, and is the baud rate right?",
+    "udpin": "look whether it is on and sends to this address",
+    "udpout": "look whether it is on and listens there",
+    "tcp": "look whether it is on and this is its address",
+    "serial": "look whether it is on and has this baud rate",
 }
 
 
@@ -67,7 +67,7 @@ def parse_url(url: str, path: str) -> Address:
 
 def what_to_look_at(url: str) -> str:
     """Say what a person should look at when nobody speaks at an address; an address is read by `parse_url`."""
-    return _LOOK_AT.get(url.partition(":")[0], "is it on?")
+    return _LOOK_AT.get(url.partition(":")[0], "look whether it is on")
 
 
 def check_frontseats(scenario: Scenario) -> None:

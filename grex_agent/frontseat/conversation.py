@@ -164,7 +164,8 @@ class Conversation:
     def _talk(self, now_s: float) -> list[Output]:
         """Control and streams ask, the commander sends."""
         valid = self.navigation.at(now_s, now_s, self.rate).valid
-        commands, notes = self.control.step(now_s, position=valid, fresh=self._steering.fresh(now_s, self.rate))
+        fresh, lost = self._steering.fresh(now_s, self.rate), self._belief.lost(now_s, self.rate)
+        commands, notes = self.control.step(now_s, position=valid, fresh=fresh, lost=lost)
         for command in commands:
             self._commander.ask(command, urgent=True)
         for command in self.streams.due(now_s, self.rate):
@@ -292,7 +293,8 @@ class Conversation:
     def _doubts(self, now_s: float) -> list[Output]:
         """Say when the position becomes valid, and when it is no longer, and why."""
         estimate = self.navigation.at(now_s, now_s, self.rate)
-        return [*self._belief.look(estimate, misplaced=estimate.reason == self.navigation.misplaced != "")]
+        misplaced = estimate.reason == self.navigation.misplaced != ""
+        return [*self._belief.look(estimate, now_s, linked=self._silence.linked, misplaced=misplaced)]
 
     def _ask_version(self) -> None:
         self._commander.ask(_request(_VERSION, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION))

@@ -82,6 +82,11 @@ class Frontseat:
         return f"waiting for an autopilot on {self._url}" + (f": {trouble}" if trouble else "")
 
     @property
+    def may_come(self) -> bool:
+        """Whether what is missing may come with time; a datum does not move."""
+        return self._core.peer is None or not self._core.peer.navigation.misplaced
+
+    @property
     def fault(self) -> str:
         """Why this can never work; empty when all is well."""
         return self._core.fault or (self._core.peer.muted if self._core.peer else "")
@@ -229,7 +234,8 @@ def prepare(bus: ZenohBus, node: Frontseat, patience_s: float) -> None:
             call_at_s += _CALL_S
             log.info(words)
         if clock.monotonic_s() > give_up_s:
-            raise GrexError(f"the autopilot is not ready after {patience_s:g} s: {missing}; or raise start_timeout_s")
+            more = "; or raise start_timeout_s" if node.may_come else ""
+            raise GrexError(f"the autopilot is not ready after {patience_s:g} s: {missing}{more}")
         envelope = bus.take(node.wall_s_to_deadline())
         if envelope is None:
             node.on_deadline()

@@ -118,6 +118,9 @@ def test_a_wrong_datum():
     for arm in (True, False):
         bench = MavlinkBench(arm=arm)
         bench.lat, bench.lon = HOME_OF_SITL
+        good, bench.flags = bench.flags, 0xA7
+        bench.run(2.0)
+        bench.flags = good
         bench.run(5.0)
         bench.text("EKF3 IMU0 is using GPS")
         assert (bench.estimate.valid, bench.estimate.reason) == (False, WRONG_DATUM)
@@ -154,5 +157,5 @@ def test_before_anything_is_heard():
     """Before an autopilot is heard there is a position of which nothing is true, and a reason."""
     bench = MavlinkBench()
     assert bench.estimate.reason == "no autopilot has been heard"
-    missing = "no heartbeat of an autopilot on udpin:127.0.0.1:1; is it on, and does it send to this address?"
+    missing = "no heartbeat of an autopilot on udpin:127.0.0.1:1; look whether it is on and sends to this address"
     assert bench.core.waits_for(bench.now_ns) == missing

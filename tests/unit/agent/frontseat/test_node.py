@@ -154,7 +154,7 @@ def test_an_autopilot_that_does_not_hold(world, monkeypatch):
     assert said[-1].endswith("it was last in GUIDED, armed: look after it")
 
 
-NOBODY = "no heartbeat of an autopilot on udpin:127.0.0.1:14550; is it on, and does it send to this address?"
+NOBODY = "no heartbeat of an autopilot on udpin:127.0.0.1:14550; look whether it is on and sends to this address"
 
 
 @pytest.mark.parametrize("trouble", ["", "connection refused: nothing listens there"])
@@ -182,3 +182,15 @@ def test_whoever_answers_is_not_called(world, monkeypatch):
     with pytest.raises(GrexError, match="the autopilot is silent"):
         prepare(world, world.node, 25.0)
     assert not [words for words in said if words.startswith("waiting")]
+
+
+def test_a_wrong_datum(world):
+    """Far from the datum no mission starts; the line says what to set, and not to wait for longer."""
+    world.bench.lat = -35.36
+    world.take = world.pass_time
+    with pytest.raises(
+        GrexError,
+        match=r"^the autopilot is not ready after 9 s: no valid position: .* \[datum\] to where the mission is$",
+    ):
+        prepare(world, world.node, 9.0)
+    assert not world.bench.armed
