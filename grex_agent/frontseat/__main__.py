@@ -20,7 +20,8 @@ def frontseat(
 ) -> None:
     """Run the adapter between one craft's agent and its autopilot, over MAVLink. It ends with the simulator.
 
-    Before anything else, `grex frontseat --probe URL` says who answers there and what is missing.
+    Before anything else, `grex frontseat --probe URL` says who answers there and what is missing; with a scenario, how
+    far the craft is from its datum, too.
 
     Parameters
     ----------
@@ -39,8 +40,9 @@ def frontseat(
 
     if probe is not None:
         from grex_agent.frontseat.probe import look
+        from grex_link.scenario import load
 
-        look(probe)
+        look(probe, None if scenario is None else load(scenario, overrides).datum)
     elif scenario is None or craft is None:
         raise ConfigError("grex frontseat", "needs a scenario and --craft NAME, or --probe URL")
     else:
@@ -57,7 +59,7 @@ def _adapt(scenario: Path, craft: str, overrides: Overrides, *, may_arm: bool) -
     from grex_agent.frontseat.core import FrontseatCore
     from grex_agent.frontseat.dialect import Codec
     from grex_agent.frontseat.node import Frontseat, prepare
-    from grex_link import clock
+    from grex_link import clock, log
     from grex_link.bus import ZenohBus, serve
     from grex_link.errors import ConfigError
     from grex_link.log import speak_as
@@ -80,6 +82,7 @@ def _adapt(scenario: Path, craft: str, overrides: Overrides, *, may_arm: bool) -
     core = FrontseatCore(ours, config.datum, config.clock.factor, unix_ns - round(clock.monotonic_s() * NS))
     with closing(Connection(parse_url(ours.url, f"{path}.url"), codec)) as connection:
         connection.open(f"{path}.url")
+        log.info(f"joining the run, for {config.clock.start_timeout_s:g} s at most; the autopilot is on {ours.url}")
         with ZenohBus(config, "frontseat", frontseat_place(craft), present=False) as bus:
             node = Frontseat(config, craft, bus, connection, core)
             try:

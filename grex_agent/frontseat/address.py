@@ -13,6 +13,13 @@ _SERIAL = re.compile(r"^serial:(?://(?=/))?([^:,\s]+)(?:[:,](\d{2,7}))?\Z")
 _PORTS = {"udpin": 14550, "udpout": 14550, "tcp": 5760}
 _BAUD = 57600
 _KEY_BYTES = 32
+#: What to look at when an address is good and nobody speaks there.
+_LOOK_AT = {
+    "udpin": "look whether it is on and sends to this address",
+    "udpout": "look whether it is on and listens there",
+    "tcp": "look whether it is on and this is its address",
+    "serial": "look whether it is on and has this baud rate",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +63,11 @@ def parse_url(url: str, path: str) -> Address:
     elif found := _SERIAL.match(url):
         return Address("serial", found[1], int(found[2] or _BAUD))
     raise ConfigError(path, f"{url!r} is no address of an autopilot; write {_FORMS}")
+
+
+def what_to_look_at(url: str) -> str:
+    """Say what a person should look at when nobody speaks at an address; an address is read by `parse_url`."""
+    return _LOOK_AT.get(url.partition(":")[0], "look whether it is on")
 
 
 def check_frontseats(scenario: Scenario) -> None:

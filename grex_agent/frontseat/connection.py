@@ -33,6 +33,8 @@ class Connection:
         self._open = False
         self._retry_at_s = 0.0
         self._peers: dict[Peer, float] = {}
+        #: Why the line is not open; empty when it is.
+        self.trouble = ""
         #: System id of the autopilot, once it is known: who brings its messages is a peer.
         self.target: int | None = None
 
@@ -65,6 +67,7 @@ class Connection:
         except LineError as error:
             if not self._waits:
                 raise ConfigError(path, f"cannot open the line to the autopilot: {error}") from None
+            self.trouble = str(error)
             self._retry_at_s = clock.monotonic_s() + _RETRY_S
 
     def receive(self) -> list[Mavlink]:
@@ -116,14 +119,16 @@ class Connection:
         self._retry_at_s = now_s + _RETRY_S
         try:
             self._line.open()
-        except LineError:
+        except LineError as error:
+            self.trouble = str(error)
             return False
-        self._open = True
+        self._open, self.trouble = True, ""
         log.info("the line to the autopilot is open")
         return True
 
     def _lost(self, error: LineError) -> None:
         log.warn("the line to the autopilot is gone; it is tried again every second", error=str(error))
+        self.trouble = str(error)
         self._line.close()
         self._codec.forget(None)
         self._open = False

@@ -1,12 +1,14 @@
 """Who has the craft: the agent, the autopilot by itself, or a person.
 
 The adapter takes it once, before the mission, and only when it has been told to (``arm = true``). It gives it back, to
-a mode that holds, when the agent is stale or the run is over. A mode it did not ask for is a person's decision, or that
-of the autopilot: it never fights it, sends nothing, and goes on when a person sets the mode back and arms.
+a mode that holds, when the agent is stale, the position is lost or the run is over. A mode it did not ask for is a
+person's decision, or that of the autopilot: it never fights it, sends nothing, and goes on when a person sets the mode
+back and arms.
 """
 
 from typing import Literal
 
+from grex_agent.frontseat.belief import LOST_S
 from grex_agent.frontseat.commands import Answer, Command
 from grex_agent.frontseat.dialect import mavlink
 from grex_agent.frontseat.families.table import Family
@@ -14,8 +16,9 @@ from grex_agent.frontseat.outputs import Note, warn
 
 #: ``position``: waits for one. ``mode``, ``arming``: asks. ``person``: waits for a person. ``steering``: the agent's
 #: set-points count. ``returning``: it has left the mode because set-points failed to arrive, and comes back by itself
-#: when they do. ``taken``: somebody else has it. ``holding``: given back, the agent is stale. ``released``: for good.
-Phase = Literal["position", "mode", "arming", "person", "steering", "returning", "taken", "holding", "released"]
+#: when they do. ``taken``: somebody else has it. ``holding``: given back, the agent is stale. ``lost``: asked to hold,
+#: the position is lost; then ``taken``. ``released``: for good.
+Phase = Literal["position", "mode", "arming", "person", "steering", "returning", "taken", "holding", "lost", "released"]
 
 #: Refused commands are tried again after so many seconds.
 _AGAIN_S = 1.0
@@ -91,6 +94,8 @@ class Control:
             notes.append(Note(f"the autopilot is in {self._name()}, {'armed' if armed else 'disarmed'}"))
         if self.phase == "steering" and not self.obeys:
             notes.append(self._lose(now_s, disarmed=was_armed and not armed))
+        elif self.phase == "lost" and not self.obeys:
+            self.phase = "taken"
         elif self.phase == "arming" and mode != self._family.guided:
             notes += self._leave_mode(now_s)
         elif self.phase == "mode" and before not in {None, mode} and mode != self._family.guided:
@@ -117,7 +122,8 @@ class Control:
         self._ask_at_s = now_s + _AGAIN_S
         if answer.command.purpose == HOLD:
             self._hold = (self._hold + 1) % len(self._family.holds)
-            self._ask_at_s = now_s
+            # The next one at once; when all have been refused, later.
+            self._ask_at_s = now_s if self._hold else self._ask_at_s
         words = why or ("it does not say why" if answer.result else "no answer")
         refusal = f"{answer.command.purpose} {answer.result or 'unanswered'} ({words})"
         if refusal == self.refusal:
@@ -146,7 +152,9 @@ class Control:
         """Whether it has been given back, by the autopilot's heartbeat, or was not ours."""
         return self.phase == "released" and (not self._hold_wanted or self.at_rest)
 
-    def step(self, now_s: float, *, position: bool, fresh: bool) -> tuple[list[Command], list[Note]]:
+    def step(
+        self, now_s: float, *, position: bool, fresh: bool, lost: bool = False
+    ) -> tuple[list[Command], list[Note]]:
         """Do what is to be done now.
 
         Parameters
@@ -157,6 +165,8 @@ class Control:
             Whether the position is valid.
         fresh : bool
             Whether the agent speaks, or need not yet.
+        lost : bool
+            Whether the position has not been valid for long.
 
         Returns
         -------
@@ -166,15 +176,22 @@ class Control:
         notes: list[Note] = []
         if self.phase == "released":
             return self._ask_hold(now_s), notes
-        if self.phase == "steering" and not fresh:
-            self.phase = "holding"
-            self._ask_at_s, self._hold = 0.0, 0
+        if self.phase == "steering" and lost:
+            self._hand_over("lost")
+            notes.append(
+                warn(
+                    f"no valid position for {LOST_S:g} s: the craft is handed back to its autopilot, to hold; "
+                    f"set {self._guided()} to let the agent steer again"
+                )
+            )
+        elif self.phase == "steering" and not fresh:
+            self._hand_over("holding")
             notes.append(warn("the agent is silent: the craft is handed back to its autopilot, to hold"))
         elif self.phase == "holding" and fresh:
             self._take_back(now_s, notes)
         elif self.phase == "returning" and now_s > self._returns_by_s and not self.obeys:
             notes.append(self._lose(now_s, disarmed=False))
-        elif self.phase not in {"steering", "holding"} and self.obeys and position and fresh:
+        elif self.phase not in {"steering", "holding", "lost"} and self.obeys and position and fresh:
             self._steer(notes)
         elif self.phase == "position" and position:
             self.phase = "mode" if self._may_arm else "person"
@@ -183,7 +200,7 @@ class Control:
     # -- inside -------------------------------------------------------------------------------------------------
 
     def _commands(self, now_s: float, notes: list[Note]) -> list[Command]:
-        if self.phase == "holding":
+        if self.phase in {"holding", "lost"}:
             return self._ask_hold(now_s)
         if self.phase == "mode" and self.mode == self._family.guided:
             self.phase = "arming"
@@ -211,6 +228,10 @@ class Control:
 
     def _mode_command(self, purpose: str, mode: int) -> Command:
         return Command(purpose, mavlink.MAV_CMD_DO_SET_MODE, self._family.mode_parameters(mode))
+
+    def _hand_over(self, phase: Phase) -> None:
+        self.phase = phase
+        self._ask_at_s, self._hold = 0.0, 0
 
     def _steer(self, notes: list[Note]) -> None:
         self.phase = "steering"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from grex_agent.frontseat.belief import Belief
 from grex_agent.frontseat.commands import Answer, Command, Commander
 from grex_agent.frontseat.control import ARM, HOLD, MODE, Control
 from grex_agent.frontseat.dialect import Mavlink, is_signed, mavlink
@@ -32,8 +33,8 @@ class Conversation:
     ----------
     config : MavlinkFrontseat
         Whom to speak to, and what is allowed.
-    datum : DatumConfig
-        Origin of the mission frame.
+    datum : DatumConfig or None
+        Origin of the mission frame; None for who only looks.
     family : Family
         What the autopilot is.
     source : tuple of int
@@ -54,7 +55,7 @@ class Conversation:
     def __init__(
         self,
         config: MavlinkFrontseat,
-        datum: DatumConfig,
+        datum: DatumConfig | None,
         family: Family,
         source: tuple[int, int],
         pace: float,
@@ -68,14 +69,14 @@ class Conversation:
         self.navigation = Navigation(datum, needs_gps=config.feed != "vision", under_water=family.under_water)
         self.control = Control(family, may_arm=config.arm)
         self.texts = StatusTexts()
-        self.feeder = None if config.feed == "none" else Feeder(config.feed, datum, unix_offset_ns)
+        self.feeder = None if config.feed == "none" or datum is None else Feeder(config.feed, datum, unix_offset_ns)
         self.version = ""
         self._config = config
         self._commander = Commander(*source, config.own_system, config.own_component)
         self._steering = Steering(family, source, config.setpoint_age_max_s)
         self.keyless = False
         self._silence = Silence()
-        self._believed: bool | None = None
+        self._belief = Belief()
         self._due = dict.fromkeys(("setpoint", "sync", "feed"), -1e9)
 
     @property
@@ -147,6 +148,8 @@ class Conversation:
             return "the autopilot is silent"
         estimate = self.estimate(now_s, now_s)
         if not estimate.valid:
+            if self.navigation.misplaced:
+                return f"no valid position: {estimate.reason}"
             said = f'; it says "{self.texts.last}"' if self.texts.last else ""
             return f"no valid position: {estimate.reason}{said}{self._key_is_missing}"
         missing = self.control.waits_for if self._config.arm else ""
@@ -161,7 +164,8 @@ class Conversation:
     def _talk(self, now_s: float) -> list[Output]:
         """Control and streams ask, the commander sends."""
         valid = self.navigation.at(now_s, now_s, self.rate).valid
-        commands, notes = self.control.step(now_s, position=valid, fresh=self._steering.fresh(now_s, self.rate))
+        fresh, lost = self._steering.fresh(now_s, self.rate), self._belief.lost(now_s, self.rate)
+        commands, notes = self.control.step(now_s, position=valid, fresh=fresh, lost=lost)
         for command in commands:
             self._commander.ask(command, urgent=True)
         for command in self.streams.due(now_s, self.rate):
@@ -289,12 +293,8 @@ class Conversation:
     def _doubts(self, now_s: float) -> list[Output]:
         """Say when the position becomes valid, and when it is no longer, and why."""
         estimate = self.navigation.at(now_s, now_s, self.rate)
-        if estimate.valid == self._believed:
-            return []
-        known, self._believed = self._believed, estimate.valid
-        if estimate.valid:
-            return [Note(f"its position is valid, to {estimate.sigma_m:.1f} m")]
-        return [Note(f"no valid position: {estimate.reason}", "info" if known is None else "warn")]
+        misplaced = estimate.reason == self.navigation.misplaced != ""
+        return [*self._belief.look(estimate, now_s, linked=self._silence.linked, misplaced=misplaced)]
 
     def _ask_version(self) -> None:
         self._commander.ask(_request(_VERSION, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION))

@@ -6,6 +6,7 @@ work. All times are ours and never jump; timeouts are in the autopilot's own sec
 
 from collections import deque
 
+from grex_agent.frontseat.address import what_to_look_at
 from grex_agent.frontseat.conversation import Conversation
 from grex_agent.frontseat.dialect import Mavlink, mavlink
 from grex_agent.frontseat.families import describe, family_of
@@ -44,8 +45,8 @@ class FrontseatCore:
     ----------
     config : MavlinkFrontseat
         Whom to speak to, and what is allowed.
-    datum : DatumConfig
-        Origin of the mission frame.
+    datum : DatumConfig or None
+        Origin of the mission frame; None for who only looks, wherever the craft is.
     pace : float
         How fast the autopilot's clock is expected to run.
     unix_offset_ns : int
@@ -58,7 +59,7 @@ class FrontseatCore:
     """
 
     def __init__(
-        self, config: MavlinkFrontseat, datum: DatumConfig, pace: float = 1.0, unix_offset_ns: int = 0
+        self, config: MavlinkFrontseat, datum: DatumConfig | None, pace: float = 1.0, unix_offset_ns: int = 0
     ) -> None:
         self._config = config
         self._datum = datum
@@ -67,6 +68,8 @@ class FrontseatCore:
         self._next_heartbeat_s = -1e9
         self._started_ns: int | None = None
         self._told: set[str] = set()
+        self._others: set[int] = set()
+        self._unfit = ""
         self._early: deque[Output] = deque()
         self.fault = ""
         self.peer: Conversation | None = None
@@ -132,10 +135,19 @@ class FrontseatCore:
         if self.fault:
             return self.fault
         if self.peer is None:
-            return "no heartbeat of an autopilot" + (
-                f" with system id {self._config.system}" if self._config.system else ""
-            )
+            return self._nobody
         return self.peer.waits_for(now_ns / NS)
+
+    @property
+    def _nobody(self) -> str:
+        """Whom we miss, and whom we hear instead."""
+        wanted = self._config.system
+        missing = "no heartbeat of an autopilot" + (f" with system id {wanted}" if wanted else "")
+        missing += f" on {self._config.url}"
+        if self._others:
+            ids = f"id{'s' if len(self._others) > 1 else ''} {', '.join(map(str, sorted(self._others)))}"
+            return f"{missing} (heard system {ids}: set frontseat.system, or the autopilot's SYSID_THISMAV)"
+        return f"{missing} ({self._unfit})" if self._unfit else f"{missing}; {what_to_look_at(self._config.url)}"
 
     @property
     def released(self) -> bool:
@@ -157,13 +169,15 @@ class FrontseatCore:
         if message.type in _NO_VEHICLE or message.autopilot == mavlink.MAV_AUTOPILOT_INVALID:
             return []
         if self._config.system not in {None, system}:
+            self._others.add(system)
             return self._once(f"heard system id {system}; waiting for {self._config.system}")
         family = family_of(message, self._config.family)
         if family is None:
-            return self._once(
+            self._unfit = (
                 f"{describe(message)}, system id {system}, is of no known family; "
                 "if it takes velocity set-points as one of them does, name that in frontseat.family"
             )
+            return self._once(self._unfit)
         source = system, message.get_srcComponent()
         self.peer = Conversation(self._config, self._datum, family, source, self._pace, self._unix_offset_ns)
         if self._started_ns is not None:

@@ -80,7 +80,9 @@ class Inspection:
             return [peer.muted]
         found = [f"message {name} does not come: {self._why_silent}" for name in peer.streams.missing()]
         estimate = peer.navigation.at(now_s, now_s, peer.rate)
-        if not estimate.valid:
+        if not estimate.valid and estimate.reason == peer.navigation.misplaced:
+            found.append(f"a craft near the datum: {estimate.reason}")
+        elif not estimate.valid:
             found.append(f"a valid position: {estimate.reason}; {self._how_to_find_itself()}")
         return found
 

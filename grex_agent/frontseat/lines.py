@@ -1,6 +1,7 @@
 """Lines to an autopilot: UDP, TCP or serial. They carry bytes, and nothing of them blocks."""
 
 import contextlib
+import errno
 import socket
 from collections.abc import Iterable
 from typing import Any, Protocol
@@ -13,12 +14,27 @@ _DATAGRAM = 65535
 _DATAGRAMS_AT_ONCE = 200
 _OUTBOX_MAX = 65536
 
+_WHAT_TO_DO = {
+    errno.EADDRINUSE: "another program (QGroundControl, MAVProxy?) has that port; close it, or take another port",
+    errno.EADDRNOTAVAIL: "that is no address of this computer; 0.0.0.0 listens on all that it has",
+    errno.EACCES: "permission denied; take a port above 1023",
+    errno.ECONNREFUSED: "connection refused: nothing listens there",
+}
 #: Whatever the line calls it.
 Peer = Any
 
 
 class LineError(Exception):
     """The line cannot be opened, or is gone."""
+
+
+def _what_to_do(error: OSError) -> str:
+    """Say why a line over the network cannot be opened, and what to do."""
+    if isinstance(error, socket.gaierror):
+        return "there is no host of that name; write its address in numbers, or correct the name"
+    if isinstance(error, TimeoutError):
+        return "no answer from that host; is it on, and in this network?"
+    return _WHAT_TO_DO.get(error.errno or 0, error.strerror or str(error))
 
 
 class Line(Protocol):
@@ -58,7 +74,7 @@ class Udp:
                 self._there = there
         except OSError as error:
             self.close()
-            raise LineError(error.strerror or str(error)) from None
+            raise LineError(_what_to_do(error)) from None
 
     def read(self) -> list[tuple[bytes, Peer]]:
         """Take the datagrams that have come."""
@@ -106,7 +122,7 @@ class Tcp:
             self._socket.setblocking(False)  # noqa: FBT003
         except OSError as error:
             self.close()
-            raise LineError(error.strerror or str(error)) from None
+            raise LineError(_what_to_do(error)) from None
 
     def read(self) -> list[tuple[bytes, Peer]]:
         """Take the bytes that have come."""

@@ -3,13 +3,14 @@
 An autopilot whose navigation is lost goes on telling a global position, frozen or running on for minutes. Its word
 counts only while its estimator claims an absolute position, its GPS has a fix, and LOCAL_POSITION_NED, which falls
 silent first, keeps coming. The autopilot's own local origin is of no use: it lies where that estimator was started.
+Nor does a position count that is far from the datum: then that is not this mission's, and every course is wrong.
 """
 
 import math
 from dataclasses import dataclass, replace
 
 from grex_agent.frontseat.dialect import Mavlink, mavlink
-from grex_agent.frontseat.geodesy import to_mission
+from grex_agent.frontseat.geodesy import distance_m, say_distance, to_mission
 from grex_agent.frontseat.outputs import Estimate
 from grex_agent.frontseat.timesync import BootClock, older
 from grex_agent.path import wrap
@@ -24,6 +25,9 @@ _FLAGS_MAX_S = 3.0
 _GPS_MAX_S = 5.0
 _ABSOLUTE = mavlink.EKF_POS_HORIZ_ABS
 _CONSTANT = mavlink.EKF_CONST_POS_MODE
+#: Farther from the datum is nobody in this mission: a team state reaches 8.2 km from it (`grex_link.wire`), and there
+#: the plane of the mission frame leaves the sea by 30 m. A wrong datum is off by far more.
+_AWAY_MAX_M = 20_000.0
 _FIX_3D = mavlink.GPS_FIX_TYPE_3D_FIX
 _HEADING_UNKNOWN = 65535
 _EPH_UNKNOWN = 65535
@@ -40,7 +44,15 @@ class _Position:
     north_mps: float
     east_mps: float
     heading_rad: float | None
-    nowhere: bool
+    latitude_deg: float
+    longitude_deg: float
+    away_m: float
+    """Distance from the datum."""
+
+    @property
+    def nowhere(self) -> bool:
+        """Whether the autopilot has not found itself yet."""
+        return self.latitude_deg == self.longitude_deg == 0.0
 
 
 class Navigation:
@@ -48,15 +60,15 @@ class Navigation:
 
     Parameters
     ----------
-    datum : DatumConfig
-        Origin of the mission frame.
+    datum : DatumConfig or None
+        Origin of the mission frame. Without one the craft may be anywhere, and its north and east are 0.
     needs_gps : bool
         Whether a GPS fix is asked for; not when the position comes from elsewhere.
     under_water : bool
         Whether the craft has a depth.
     """
 
-    def __init__(self, datum: DatumConfig, *, needs_gps: bool = True, under_water: bool = False) -> None:
+    def __init__(self, datum: DatumConfig | None, *, needs_gps: bool = True, under_water: bool = False) -> None:
         self._datum = datum
         self._needs_gps = needs_gps
         self._under_water = under_water
@@ -77,6 +89,25 @@ class Navigation:
     def depth_m(self) -> float:
         """Depth now; 0 for a craft that floats."""
         return self._depth_m
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Latitude and longitude as they were last told, degrees; None before."""
+        position = self._position
+        return None if position is None or position.nowhere else (position.latitude_deg, position.longitude_deg)
+
+    @property
+    def misplaced(self) -> str:
+        """What is wrong with the datum, if the craft is too far from it; else empty."""
+        if self._position is None or self._position.nowhere or self._position.away_m <= _AWAY_MAX_M:
+            return ""
+        away = say_distance(self._position.away_m)
+        return f"the autopilot is {away} from the datum; set [datum] to where the mission is"
+
+    @property
+    def away_m(self) -> float:
+        """Distance from the datum, metres; 0 before a position is known, and without a datum."""
+        return 0.0 if self._position is None else self._position.away_m
 
     @property
     def velocity_mps(self) -> tuple[float, float] | None:
@@ -141,7 +172,12 @@ class Navigation:
             return "the autopilot does not know where it is (latitude 0, longitude 0)"
         if older(age_s / rate, rate, _POSITION_MAX_S):
             return f"the last GLOBAL_POSITION_INT is {age_s:.1f} s old"
-        return self._doubt_estimator(now_s, rate) or self._doubt_gps(now_s, rate) or self._doubt_local(now_s, rate)
+        return (
+            self._doubt_estimator(now_s, rate)
+            or self._doubt_gps(now_s, rate)
+            or self._doubt_local(now_s, rate)
+            or self.misplaced
+        )
 
     def _doubt_estimator(self, now_s: float, rate: float) -> str:
         if self.flags is None or older(now_s - self.flags[0], rate, _FLAGS_MAX_S):
@@ -168,11 +204,14 @@ class Navigation:
         return f"LOCAL_POSITION_NED has been silent for {(now_s - self._local_s) * rate:.1f} s"
 
     def _on_global(self, message: Mavlink, measured_s: float) -> None:
-        nowhere = message.lat == 0 and message.lon == 0
-        north, east = (0.0, 0.0) if nowhere else to_mission(self._datum, message.lat / 1e7, message.lon / 1e7)
+        place = message.lat / 1e7, message.lon / 1e7
+        away_m = 0.0 if self._datum is None else distance_m(self._datum, *place)
+        north = east = 0.0
+        if self._datum is not None and away_m <= _AWAY_MAX_M:
+            north, east = to_mission(self._datum, *place)
         heading = None if message.hdg == _HEADING_UNKNOWN else math.radians(message.hdg / 100.0)
         self._position = _Position(
-            measured_s, north, east, message.vx / 100.0, message.vy / 100.0, heading, nowhere=nowhere
+            measured_s, north, east, message.vx / 100.0, message.vy / 100.0, heading, *place, away_m
         )
 
     def _on_gps(self, message: Mavlink, now_s: float) -> None:

@@ -24,6 +24,8 @@ _POLL_S = 0.01
 #: Wall seconds the autopilot has to say that it holds.
 _HAND_BACK_S = 2.2
 _SPARE_S = 1.0
+#: Whoever waits for an autopilot says so this often, wall seconds.
+_CALL_S = 10.0
 
 
 class Frontseat:
@@ -51,6 +53,7 @@ class Frontseat:
         self._outlet = outlet
         self._connection = connection
         self._core = core
+        self._url = scenario.mavlink_craft[craft].url
         self._tick_ns = tick_ns(scenario.clock.tick_s)
         self._pace = scenario.clock.factor
         self._craft_clock = CraftClock(scenario.craft[craft].clock)
@@ -62,9 +65,26 @@ class Frontseat:
     def waits_for(self) -> str:
         """What is missing before the mission may start; empty when nothing is."""
         missing = self._core.waits_for(_now_ns())
-        if self._core.peer is None and self._connection.unsigned:
+        if self._core.peer is not None or self._core.fault:
+            return missing
+        if self._connection.unsigned:
             return "messages come, but none is signed with our key; is signing_key_file the autopilot's?"
+        if self._connection.trouble:
+            return f"no autopilot on {self._url}: {self._connection.trouble}"
         return missing
+
+    @property
+    def calls(self) -> str:
+        """Whom it waits for while nobody has answered, for the log; empty once an autopilot has been heard."""
+        if self._core.peer is not None:
+            return ""
+        trouble = self._connection.trouble
+        return f"waiting for an autopilot on {self._url}" + (f": {trouble}" if trouble else "")
+
+    @property
+    def may_come(self) -> bool:
+        """Whether what is missing may come with time; a datum does not move."""
+        return self._core.peer is None or not self._core.peer.navigation.misplaced
 
     @property
     def fault(self) -> str:
@@ -205,12 +225,17 @@ def prepare(bus: ZenohBus, node: Frontseat, patience_s: float) -> None:
     GrexError
         Says what is missing when the time is over, or what will never do.
     """
-    give_up_s = clock.monotonic_s() + max(patience_s - _SPARE_S, _SPARE_S)
+    call_at_s = clock.monotonic_s()
+    give_up_s = call_at_s + max(patience_s - _SPARE_S, _SPARE_S)
     while (missing := node.waits_for) and not node.done:
         if node.fault:
             raise GrexError(node.fault)
+        if clock.monotonic_s() >= call_at_s and (words := node.calls):
+            call_at_s += _CALL_S
+            log.info(words)
         if clock.monotonic_s() > give_up_s:
-            raise GrexError(f"the autopilot is not ready after {patience_s:g} s: {missing}; or raise start_timeout_s")
+            more = "; or raise start_timeout_s" if node.may_come else ""
+            raise GrexError(f"the autopilot is not ready after {patience_s:g} s: {missing}{more}")
         envelope = bus.take(node.wall_s_to_deadline())
         if envelope is None:
             node.on_deadline()

@@ -2,11 +2,12 @@
 
 from contextlib import closing
 
-from grex_agent.frontseat.address import parse_url
+from grex_agent.frontseat.address import parse_url, what_to_look_at
 from grex_agent.frontseat.connection import Connection
 from grex_agent.frontseat.conversation import Conversation
 from grex_agent.frontseat.core import FrontseatCore
 from grex_agent.frontseat.dialect import Codec, mavlink
+from grex_agent.frontseat.geodesy import say_distance
 from grex_agent.frontseat.inspection import Inspection
 from grex_agent.frontseat.outputs import Note
 from grex_link import clock
@@ -29,12 +30,14 @@ class Looker:
     ----------
     connection : Connection
         The line.
+    datum : DatumConfig or None
+        Where the mission lies, if that is known; the craft should be near.
     """
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection, datum: DatumConfig | None = None) -> None:
         self._connection = connection
-        # Where the mission lies does not matter to whether it knows where it is.
-        self._core = FrontseatCore(MavlinkFrontseat(url="probe:"), DatumConfig(0.0, 0.0))
+        self._datum = datum
+        self._core = FrontseatCore(MavlinkFrontseat(url="probe:"), datum)
         self.inspection: Inspection | None = None
         self.said: list[str] = []
         self.kinds: set[str] = set()
@@ -60,6 +63,15 @@ class Looker:
                 self._connection.send(item)
 
     @property
+    def place(self) -> str:
+        """Where the craft is on earth, and how far from the datum."""
+        place = None if self.peer is None else self.peer.navigation.place
+        if self.peer is None or place is None:
+            return "it does not know"
+        away = f", {say_distance(self.peer.navigation.away_m)} from the datum" if self._datum else ""
+        return f"{place[0]:.6f}, {place[1]:.6f}{away}"
+
+    @property
     def peer(self) -> Conversation | None:
         """The autopilot, once it has been heard."""
         return self._core.peer
@@ -70,8 +82,15 @@ class Looker:
         return self._core.fault or (self.peer.muted if self.peer else "")
 
 
-def look(url: str) -> None:
+def look(url: str, datum: DatumConfig | None = None) -> None:
     """Say who answers at an address.
+
+    Parameters
+    ----------
+    url : str
+        The address.
+    datum : DatumConfig or None
+        Where the mission lies, if that is known; the craft should be near.
 
     Raises
     ------
@@ -83,7 +102,7 @@ def look(url: str) -> None:
     connection = Connection(parse_url(url, "--probe"), Codec(*_OWN, None, clock.unix_ns()))
     with closing(connection):
         connection.open("--probe")
-        looker = Looker(connection)
+        looker = Looker(connection, datum)
         give_up_s = clock.monotonic_s() + _ANSWER_S
         while looker.peer is None and not looker.fault and clock.monotonic_s() < give_up_s:
             _wait(looker)
@@ -113,7 +132,9 @@ def _nobody(url: str, connection: Connection, looker: Looker) -> str:
         return f"{url}: messages come ({', '.join(sorted(looker.kinds)[:5])}), but no heartbeat of an autopilot"
     if connection.garbage:
         return f"{url}: bytes come, but no MAVLink; is the baud rate right, and is the link signed?"
-    return f"{url}: nobody answers; is the autopilot on, and does it send to this address?"
+    if connection.trouble:
+        return f"{url}: {connection.trouble}"
+    return f"{url}: nobody answers; {what_to_look_at(url)}"
 
 
 def _report(url: str, looker: Looker, peer: Conversation, inspection: Inspection) -> list[str]:
@@ -130,6 +151,7 @@ def _report(url: str, looker: Looker, peer: Conversation, inspection: Inspection
         "State": f"{mode}, {'armed' if peer.control.armed else 'disarmed'}",
         "Modes used": modes,
         "Position": _position(peer, estimate.sigma_m) if estimate.valid else f"not valid: {estimate.reason}",
+        "Place": looker.place,
         "Origin": "{:.6f}, {:.6f}".format(*inspection.origin) if inspection.origin else "its estimator has none yet",
         "Clock": f"{peer.rate:.3f} of ours"
         + (f", round trip {trip_s * 1e3:.0f} ms" if trip_s is not None else ", no answer to TIMESYNC"),

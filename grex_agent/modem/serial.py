@@ -5,6 +5,7 @@ vanishes is a state: the agent is told, and the port is tried again until it is 
 pyserial.
 """
 
+import errno
 import select
 import termios
 from typing import Any, Protocol
@@ -28,6 +29,16 @@ _POLL_S = 0.01
 _RETRY_S = 1.0
 _CHUNK = 4096
 _OUTBOX_MAX = 65536
+_NO_DEVICE = "there is no such device; ls /dev/serial/by-id shows which there are"
+_TAKEN = "another program has that device; close it"
+_WHAT_TO_DO: dict[Any, str] = {
+    errno.ENOENT: _NO_DEVICE,
+    errno.ENXIO: _NO_DEVICE,
+    errno.ENODEV: _NO_DEVICE,
+    errno.EACCES: "permission denied; join the group dialout (sudo usermod -aG dialout $USER) and log in again",
+    errno.EBUSY: _TAKEN,
+    errno.EAGAIN: _TAKEN,
+}
 
 
 class PortError(Exception):
@@ -75,7 +86,7 @@ class SerialPort:
             self._serial.reset_input_buffer()
         except (OSError, ValueError, termios.error) as error:
             self._serial.close()
-            raise PortError(_one_line(error)) from None
+            raise PortError(_what_to_do(error)) from None
 
     def read(self) -> bytes:
         """Take what has come."""
@@ -272,6 +283,12 @@ def open_port(scenario: Scenario, craft: str) -> SerialPort:
     except PortError as error:
         raise ConfigError(f"$.craft.{craft}.modem.port", f"cannot open {config.port}: {error}") from None
     return port
+
+
+def _what_to_do(error: BaseException) -> str:
+    """Say why a port cannot be opened, and what to do; the library's own words name the device twice."""
+    number = error.args[0] if error.args else None
+    return _WHAT_TO_DO.get(number, _one_line(error))
 
 
 def _one_line(error: BaseException) -> str:

@@ -313,8 +313,9 @@ def test_ctrl_c(tmp_path):
 # -- grex frontseat --probe -------------------------------------------------------------------------------------------
 
 
-def probe(url: str) -> subprocess.CompletedProcess:
-    return subprocess.run(grex("frontseat", "--probe", url), capture_output=True, text=True, timeout=40, check=False)
+def probe(url: str, *scenario: str) -> subprocess.CompletedProcess:
+    command = grex("frontseat", *scenario, "--probe", url)
+    return subprocess.run(command, capture_output=True, text=True, timeout=40, check=False)
 
 
 def test_probe_nobody():
@@ -334,6 +335,7 @@ def test_probe(tmp_path, family: str):
         found = probe(f"udpin:127.0.0.1:{port}")
     assert (found.returncode, found.stderr) == (0, ""), found.stdout
     assert re.search(r"Position +valid", found.stdout)
+    assert re.search(r"Place +54\.37\d{4}, 10\.16\d{4}$", found.stdout, re.MULTILINE)
     assert re.search(r"Version +\d+\.\d+\.\d+", found.stdout)
     assert re.search(r"GLOBAL_POSITION_INT \d", found.stdout)
     assert re.search(r"Missing +nothing", found.stdout)
@@ -347,6 +349,19 @@ def test_probe_says_what_is_missing(tmp_path):
     assert found.returncode == 1
     assert "missing for GREX" in found.stderr
     assert "a valid position" in found.stderr
+
+
+def test_probe_with_a_scenario(tmp_path):
+    """With a scenario the probe says how far the craft is from its datum, and that far away is too far."""
+    boat = OneBoat(tmp_path, 10.0)
+    with boat.autopilot():
+        found = probe(f"udpin:127.0.0.1:{boat.port}", str(boat.scenario))
+        assert re.search(r"Place +54\.37\d{4}, 10\.16\d{4}, \d+ m from the datum$", found.stdout, re.MULTILINE)
+        assert found.returncode == 0
+        boat.scenario.write_text(boat.scenario.read_text().replace("latitude_deg = 54.37", "latitude_deg = -35.36"))
+        found = probe(f"udpin:127.0.0.1:{boat.port}", str(boat.scenario))
+    assert found.returncode == 1
+    assert "the autopilot is 9980 km from the datum; set [datum] to where the mission is" in found.stderr
 
 
 WRONG = {

@@ -48,6 +48,7 @@ class MavlinkBench:
         self.lat, self.lon, self.velocity, self.heading, self.depth = 54.37, 10.16, (0.0, 0.0), 0.0, 0.0
         self.says = {"heartbeat", "global", "local", "attitude", "estimator", "gps"}
         self.answers = dict.fromkeys((ARM, SET_MODE, SET_INTERVAL, REQUEST), ACCEPTED)
+        self.refused_modes: set[int] = set()
         self.deaf = False
         self.agent: Setpoint | None = None
         self.sent: list[tuple[float, object]] = []
@@ -117,6 +118,8 @@ class MavlinkBench:
         result = self.answers.get(command.command)
         if result is None:
             return
+        if command.command == SET_MODE and round(command.param2) in self.refused_modes:
+            result = FAILED
         if result == ACCEPTED and command.command == SET_MODE:
             self.mode = round(command.param2) << 16 | round(command.param3) << 24
             self.mode = self.mode if self.kind[0] == 12 else round(command.param2)

@@ -18,17 +18,20 @@ from grex_sim.autopilot.message import Message
 STEP_S = 0.02
 #: Of the adapter's clock at zero.
 DATE_S = 1_800_000_000
+DATUM = DatumConfig(START.latitude_deg, START.longitude_deg)
 
 
 class Duet:
     """One adapter, one autopilot, and the bytes between them; `inspect` looks at it as a probe does."""
 
-    def __init__(self, family: str, *, inspect: bool = False, adapter: dict | None = None, **settings) -> None:
+    def __init__(
+        self, family: str, *, inspect: bool = False, adapter: dict | None = None, datum: DatumConfig = DATUM, **settings
+    ) -> None:
         chosen = {"ready_s": 1.0, "noise_m": 0.05, "place": START} | settings
         self.pilot = Autopilot(Settings(family=load_family(family), **chosen))
         config = MavlinkFrontseat(url="udpin:127.0.0.1:1", **(adapter or {}))
         self.own = config.own_system
-        self.core = FrontseatCore(config, DatumConfig(START.latitude_deg, START.longitude_deg), 1.0, DATE_S * NS)
+        self.core = FrontseatCore(config, datum, 1.0, DATE_S * NS)
         self.ours, self.theirs = Codec(config.own_system, config.own_component), AutopilotCodec(1)
         self.inspection: Inspection | None = None
         self._inspects = inspect

@@ -1,5 +1,6 @@
 """Lines to an autopilot over real loopback sockets and a pty; no waiting for clocks."""
 
+import errno
 import os
 import socket
 import time
@@ -106,7 +107,7 @@ def test_udpout_speaks_first(boat):
 
 
 def test_tcp_comes_back(monkeypatch):
-    """A TCP server that is not there yet, or goes away, is tried again; each is one line in the log."""
+    """A TCP server that is not there yet, or goes away, is tried again; each is a line in the log, and why is told."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = server.getsockname()
     now = time.monotonic()
@@ -116,12 +117,14 @@ def test_tcp_comes_back(monkeypatch):
     connection = Connection(Address("tcp", *address), Codec(255, 191))
     connection.open("$.url")
     assert connection.receive() == []
+    assert connection.trouble == "connection refused: nothing listens there"
     for later in (10.0, 20.0):
         monkeypatch.setattr("grex_agent.frontseat.connection.clock.monotonic_s", lambda later=later: now + later)
         with socket.create_server(address) as server:
             connection.receive()
             peer, _ = server.accept()
             with peer:
+                assert connection.trouble == ""
                 peer.sendall(heartbeat())
                 assert len(receive(connection)) == 1
                 connection.send(ping())
@@ -152,12 +155,53 @@ def test_serial(tmp_path):
     os.close(ours)
     os.close(theirs)
     missing = Connection(Address("serial", str(tmp_path / "tty"), 115200), Codec(255, 191))
-    with pytest.raises(ConfigError, match=r"^\$\.url: cannot open the line to the autopilot: .*No such file"):
-        missing.open("$.url")
+    assert complaint(missing) == "there is no such device; ls /dev/serial/by-id shows which there are"
+
+
+def complaint(connection: Connection) -> str:
+    """Return what is said of a line that cannot be opened, but for its path."""
+    with pytest.raises(ConfigError) as caught:
+        connection.open("$.url")
+    before, words = str(caught.value).split(": ", 1)[0], str(caught.value).partition("autopilot: ")[2]
+    assert before == "$.url"
+    return words
 
 
 def test_a_port_in_use(boat):
-    """A UDP port that somebody else has is an error with its path."""
+    """A UDP port that somebody else has is an error that says who it may be and what to do."""
     connection = Connection(Address("udpin", *boat.getsockname()), Codec(255, 191))
-    with pytest.raises(ConfigError, match=r"^\$\.url: cannot open the line to the autopilot: Address already in use"):
-        connection.open("$.url")
+    what_to_do = "another program (QGroundControl, MAVProxy?) has that port; close it, or take another port"
+    assert complaint(connection) == what_to_do
+
+
+def test_an_address_of_another_computer():
+    """To listen on an address that is not ours is an error that says on which one can."""
+    connection = Connection(Address("udpin", "192.0.2.9", 14550), Codec(255, 191))
+    assert complaint(connection) == "that is no address of this computer; 0.0.0.0 listens on all that it has"
+
+
+def test_a_device_in_use():
+    """A serial device that another program holds is an error that says so."""
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    address = Address("serial", os.ttyname(theirs), 115200)
+    first = Connection(address, Codec(255, 191))
+    first.open("$.url")
+    assert complaint(Connection(address, Codec(255, 191))) == "another program has that device; close it"
+    first.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+@pytest.mark.parametrize("kind", ["serial", "udpin"])
+def test_permission_denied(monkeypatch, kind: str):
+    """Whoever may not open a device is told which group may; a port, from which number on."""
+
+    def refuse(*_, **__):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr("serial.serialposix.os.open", refuse)
+    monkeypatch.setattr("grex_agent.frontseat.lines.socket.socket", refuse)
+    words = complaint(Connection(Address(kind, "/dev/ttyUSB0" if kind == "serial" else "127.0.0.1", 80), Codec(1, 1)))
+    assert words.startswith("permission denied; ")
+    assert ("dialout" if kind == "serial" else "take a port above 1023") in words

@@ -7,6 +7,7 @@ from mavlink_bench import (
     ARM,
     DENIED,
     FAILED,
+    GOOD_FLAGS,
     IN_PROGRESS,
     REQUEST,
     SET_INTERVAL,
@@ -48,6 +49,11 @@ def test_it_waits_for_the_system_it_was_told():
     bench = MavlinkBench(system=7).run(5.0)
     assert bench.core.peer is None
     assert bench.words == ["heard system id 1; waiting for 7"]
+    wanted = "no heartbeat of an autopilot with system id 7 on udpin:127.0.0.1:1 (heard system id"
+    what_to_do = ": set frontseat.system, or the autopilot's SYSID_THISMAV)"
+    assert bench.core.waits_for(bench.now_ns) == f"{wanted} 1{what_to_do}"
+    bench.heartbeat(system=12)
+    assert bench.core.waits_for(bench.now_ns) == f"{wanted}s 1, 12{what_to_do}"
     bench.heartbeat(system=7)
     assert bench.core.target_system == 7
 
@@ -70,6 +76,7 @@ def test_an_unknown_vehicle_is_refused_in_words():
     assert bench.core.peer is None
     assert len(bench.words) == 1
     assert "no known family" in bench.words[0]
+    assert bench.words[0] in bench.core.waits_for(bench.now_ns)
 
 
 def test_a_family_can_be_named():
@@ -557,3 +564,82 @@ def test_a_craft_that_waits_for_its_position_is_handed_back():
     bench.run(2.0)
     assert bench.core.released
     assert bench.mode == 4
+
+
+# -- a position that is lost ------------------------------------------------------------------------------------------
+
+LOST = "no valid position for 15 s: the craft is handed back to its autopilot, to hold; "
+
+
+@pytest.mark.parametrize("pace", [1.0, 5.0])
+def test_a_position_that_is_lost_for_long(pace: float):
+    """A sub that stays in GUIDED without a position is set to hold after 15 s of its time; said once, for a person."""
+    bench = MavlinkBench("sub", arm=True, pace=pace).steering()
+    # Without a position it refuses POSHOLD, so it is asked for ALT_HOLD.
+    bench.refused_modes = {16}
+    bench.flags = 0xA7
+    bench.run(14.0 / pace)
+    assert bench.phase == "steering"
+    bench.run(4.0 / pace)
+    assert (bench.phase, bench.mode) == ("taken", 2)
+    assert not bench.setpoints(5.0)
+    assert [words for words in bench.warnings if words.startswith(LOST)] == [
+        f"{LOST}set GUIDED to let the agent steer again"
+    ]
+
+
+def test_a_position_that_is_back_after_long():
+    """When the position is back only a person lets the agent steer again; who sets GUIDED before that waits for it."""
+    bench = MavlinkBench("sub", arm=True).steering()
+    bench.flags = 0xA7
+    bench.run(18.0)
+    since = bench.now
+    bench.mode = 4
+    assert not bench.setpoints(5.0)
+    bench.mode = 2
+    bench.run(2.0)
+    bench.flags = GOOD_FLAGS
+    assert not bench.setpoints(10.0)
+    assert not bench.commands(SET_MODE, since)
+    bench.mode = 4
+    bench.run(2.0)
+    assert bench.phase == "steering"
+    assert bench.setpoints(1.0)
+
+
+def test_a_position_that_is_lost_for_a_while():
+    """A position that is back within 15 s, and one that was not heard as the autopilot was silent, change nothing."""
+    bench = MavlinkBench("sub", arm=True).steering()
+    bench.flags = 0xA7
+    bench.run(13.0)
+    bench.flags = GOOD_FLAGS
+    bench.run(2.0)
+    says, bench.says = bench.says, set()
+    bench.run(30.0)
+    bench.says = {"heartbeat"}
+    bench.run(2.0)
+    bench.says = says
+    bench.run(5.0)
+    assert bench.phase == "steering"
+    assert not [words for words in bench.warnings if words.startswith(LOST)]
+
+
+def test_an_autopilot_that_refuses_to_hold():
+    """One that refuses every mode that holds is asked for all of them every second, and is not steered meanwhile."""
+    bench = MavlinkBench("sub", arm=True).steering()
+    bench.refused_modes = {16, 2}
+    bench.flags = 0xA7
+    bench.run(17.0)
+    assert bench.phase == "lost"
+    since = bench.now
+    assert not bench.setpoints(10.0)
+    asked = [round(command.param2) for command in bench.commands(SET_MODE, since)]
+    assert 16 <= len(asked) <= 22
+    assert set(asked) == {16, 2}
+    bench.flags = GOOD_FLAGS
+    assert not bench.setpoints(3.0)
+    bench.take(bench.core.release(bench.now_ns))
+    assert not bench.core.released
+    bench.refused_modes = set()
+    bench.run(3.0)
+    assert bench.core.released

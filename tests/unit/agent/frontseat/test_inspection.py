@@ -4,6 +4,7 @@ import pytest
 from mavlink_duet import Duet
 
 from grex_agent.frontseat.parameters import ParameterReader
+from grex_link.config import DatumConfig
 
 GOOD = {
     "rover": {"FS_GCS_ENABLE": 1},
@@ -78,6 +79,14 @@ def test_no_satellites():
     """A GPS without a fix is named, with what to do about it."""
     duet = Duet("rover", inspect=True, parameters=GOOD["rover"] | {"SIM_GPS_DISABLE": 1}).run(9.0)
     assert any("free view of the sky" in line for line in duet.missing)
+
+
+def test_far_from_the_datum():
+    """With a datum that is not the mission's, that is what is missing, and nothing about satellites or estimators."""
+    duet = Duet("rover", inspect=True, parameters=GOOD["rover"], datum=DatumConfig(0.0, 0.0)).run(9.0)
+    (line,) = duet.missing
+    assert line.startswith("a craft near the datum: the autopilot is ")
+    assert line.endswith(" km from the datum; set [datum] to where the mission is")
 
 
 def test_who_is_not_allowed_to_ask():

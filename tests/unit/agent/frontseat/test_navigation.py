@@ -3,9 +3,10 @@
 import math
 
 import pytest
-from mavlink_bench import DATUM, MavlinkBench
+from mavlink_bench import ARM, DATUM, SET_MODE, MavlinkBench, setpoint
 
-from grex_agent.frontseat.geodesy import to_degrees, to_mission
+from grex_agent.frontseat.core import FrontseatCore
+from grex_agent.frontseat.geodesy import distance_m, say_distance, to_degrees, to_mission
 
 
 @pytest.fixture
@@ -108,8 +109,53 @@ def test_vision_needs_no_gps():
         assert bench.run(3.0).estimate.valid == valid
 
 
+HOME_OF_SITL = -35.363261, 149.165230
+WRONG_DATUM = "the autopilot is 16200 km from the datum; set [datum] to where the mission is"
+
+
+def test_a_wrong_datum():
+    """Far from the datum nothing is valid: no mode, no arming, no steering by a person's leave; what to do is said."""
+    for arm in (True, False):
+        bench = MavlinkBench(arm=arm)
+        bench.lat, bench.lon = HOME_OF_SITL
+        good, bench.flags = bench.flags, 0xA7
+        bench.run(2.0)
+        bench.flags = good
+        bench.run(5.0)
+        bench.text("EKF3 IMU0 is using GPS")
+        assert (bench.estimate.valid, bench.estimate.reason) == (False, WRONG_DATUM)
+        assert bench.core.waits_for(bench.now_ns) == f"no valid position: {WRONG_DATUM}"
+        assert not [c for c in bench.said("COMMAND_LONG") if c.command in {ARM, SET_MODE}]
+        assert bench.warnings.count(f"no valid position: {WRONG_DATUM}") == 1
+        bench.mode, bench.armed = 15, True
+        bench.start(setpoint())
+        assert not bench.setpoints(5.0)
+
+
+def test_how_far_from_the_datum():
+    """Up to 20 km from the datum a position counts; without a datum it counts anywhere on earth."""
+    for north_m, valid in ((19_900.0, True), (20_200.0, False)):
+        bench = MavlinkBench()
+        bench.lat, bench.lon = to_degrees(DATUM, north_m, 0.0)
+        assert bench.run(3.0).estimate.valid == valid
+    bench = MavlinkBench()
+    bench.core = FrontseatCore(bench.config, None)
+    bench.lat, bench.lon = HOME_OF_SITL
+    assert bench.run(3.0).estimate.valid
+    assert bench.core.peer.navigation.place == pytest.approx(HOME_OF_SITL)
+
+
+def test_the_other_side_of_the_earth():
+    """The distance to the datum is that along the earth, also where the plane of the mission frame says little."""
+    antipode = -DATUM.latitude_deg, DATUM.longitude_deg - 180.0
+    assert math.hypot(*to_mission(DATUM, *antipode)) < 50_000.0
+    assert say_distance(distance_m(DATUM, *antipode)) == "20000 km"
+    assert say_distance(distance_m(DATUM, *to_degrees(DATUM, 30.0, -40.0))) == "50 m"
+
+
 def test_before_anything_is_heard():
     """Before an autopilot is heard there is a position of which nothing is true, and a reason."""
     bench = MavlinkBench()
     assert bench.estimate.reason == "no autopilot has been heard"
-    assert bench.core.waits_for(bench.now_ns) == "no heartbeat of an autopilot"
+    missing = "no heartbeat of an autopilot on udpin:127.0.0.1:1; look whether it is on and sends to this address"
+    assert bench.core.waits_for(bench.now_ns) == missing

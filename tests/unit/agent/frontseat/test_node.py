@@ -5,7 +5,7 @@ from mavlink_bench import DATUM, MavlinkBench, setpoint
 
 from grex_agent.frontseat import node as node_module
 from grex_agent.frontseat.core import FrontseatCore
-from grex_agent.frontseat.node import Frontseat
+from grex_agent.frontseat.node import Frontseat, prepare
 from grex_link.errors import FaultError, GrexError
 from grex_link.messages import Clock, Fix, Presence
 from grex_link.scenario import loads
@@ -33,6 +33,7 @@ class World:
         self.put_messages: list[tuple[str, str, object]] = []
         self.target = None
         self.hears: list = []
+        self.unsigned, self.trouble = 0, ""
         for name in ("grex_agent.frontseat.node.clock.monotonic_s", "grex_link.clock.monotonic_s"):
             monkeypatch.setattr(name, lambda: self.bench.now)
         monkeypatch.setattr("grex_link.clock.time.time_ns", lambda: EPOCH + round((self.bench.now - 110.0) * NS))
@@ -50,6 +51,9 @@ class World:
         self.bench.take([message])
 
     # The bus.
+    def take(self, timeout_s: float) -> None:
+        self.bench.now += timeout_s
+
     def put(self, topic: str, craft: str, message) -> None:
         self.put_messages.append((topic, craft, message))
 
@@ -148,3 +152,45 @@ def test_an_autopilot_that_does_not_hold(world, monkeypatch):
     world.node.hand_back()
     assert 2.0 < world.bench.now - since < 3.0
     assert said[-1].endswith("it was last in GUIDED, armed: look after it")
+
+
+NOBODY = "no heartbeat of an autopilot on udpin:127.0.0.1:14550; look whether it is on and sends to this address"
+
+
+@pytest.mark.parametrize("trouble", ["", "connection refused: nothing listens there"])
+def test_nobody_answers(world, monkeypatch, trouble: str):
+    """While nobody answers the log says where, at once and every 10 s; the end names the address and what to do."""
+    said: list[tuple[float, str]] = []
+    since = world.bench.now
+    monkeypatch.setattr(node_module.log, "info", lambda words: said.append((world.bench.now - since, words)))
+    world.trouble = trouble
+    with pytest.raises(GrexError) as caught:
+        prepare(world, world.node, 25.0)
+    reason = f"no autopilot on udpin:127.0.0.1:14550: {trouble}" if trouble else NOBODY
+    assert str(caught.value) == f"the autopilot is not ready after 25 s: {reason}; or raise start_timeout_s"
+    assert [at_s for at_s, _ in said] == pytest.approx([0.0, 10.0, 20.0], abs=0.1)
+    where = "waiting for an autopilot on udpin:127.0.0.1:14550"
+    assert {words for _, words in said} == {f"{where}: {trouble}" if trouble else where}
+
+
+def test_whoever_answers_is_not_called(world, monkeypatch):
+    """Once an autopilot has been heard, the log says nothing of waiting for one."""
+    world.bench.flags = 0xA7
+    world.go(1.0)
+    said: list[str] = []
+    monkeypatch.setattr(node_module.log, "info", said.append)
+    with pytest.raises(GrexError, match="the autopilot is silent"):
+        prepare(world, world.node, 25.0)
+    assert not [words for words in said if words.startswith("waiting")]
+
+
+def test_a_wrong_datum(world):
+    """Far from the datum no mission starts; the line says what to set, and not to wait for longer."""
+    world.bench.lat = -35.36
+    world.take = world.pass_time
+    with pytest.raises(
+        GrexError,
+        match=r"^the autopilot is not ready after 9 s: no valid position: .* \[datum\] to where the mission is$",
+    ):
+        prepare(world, world.node, 9.0)
+    assert not world.bench.armed
