@@ -14,6 +14,8 @@ from grex_sim.autopilot.setpoints import Order
 STOP_TEXT = "target not received last 3secs, stopping"
 _ARRIVED_M = 2.0
 _SETTLED_MPS = 0.1
+#: Above this speed a craft that goes to a place looks there.
+_LOOKS_MPS = 0.05
 _APPROACH_PER_S = 0.4
 _STICKS_S = 3.0
 _STICK_LEAD_RAD = 0.8
@@ -162,7 +164,8 @@ class Control:
         if away < _ARRIVED_M:
             return Drive(depth_m=depth_m)
         cruise = self.cruise_mps or self._family.speed_full_mps
-        return Drive(math.atan2(east, north), min(cruise, _APPROACH_PER_S * away), depth_m=depth_m)
+        course, speed = math.atan2(east, north), min(cruise, _APPROACH_PER_S * away)
+        return Drive(course, speed, course if speed > _LOOKS_MPS else None, depth_m=depth_m)
 
     def _piloted(self, mode: Mode, pose: Pose, now_s: float) -> Drive:
         holds_depth = mode.kind == "depth"

@@ -68,6 +68,7 @@ class Craft:
         )
         self._time_s = 0.0
         self.heading_rad, self.yaw_rate = heading_rad, 0.0
+        self._look_rad = heading_rad
         self.velocity = (0.0, 0.0, 0.0)
         self.speed_max_mps = math.inf
 
@@ -119,7 +120,10 @@ class Craft:
         if self._family.setpoints.yaw != "look":
             self.heading_rad = self._vehicle.heading_rad
         elif armed:
-            sails = drive.course_rad is not None and abs(drive.speed_mps) > 0.05
-            wanted = drive.look_rad if drive.look_rad is not None else self._vehicle.heading_rad if sails else old
+            if drive.look_rad is not None:
+                self._look_rad = drive.look_rad
+            elif drive.course_rad is None:
+                self._look_rad = old
+            wanted = self._look_rad  # not the course: without an order to look it goes sideways
             self.heading_rad = wrap(old + self._yaw.change(wrap(wanted - old)))
         self.yaw_rate = wrap(self.heading_rad - old) / STEP_S

@@ -97,6 +97,7 @@ FAMILY = Family(
         heading=Loop(lag_s=0.9, min=-1e9, max=1e9, rate_max=0.75),
         surge=Loop(lag_s=1.0, min=-2.0, max=5.0, rate_max=0.9),
     ),
-    speed_parameters=("CRUISE_SPEED", "WP_SPEED"),
+    # CRUISE_SPEED limits nothing: with CRUISE_THROTTLE it is what the throttle is fed forward by.
+    speed_parameters=("WP_SPEED",),
     speed_full_mps=5.0,
 )

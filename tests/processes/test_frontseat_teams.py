@@ -44,12 +44,13 @@ def flown(request, tmp_path_factory):
 
 @pytest.mark.parametrize("craft", FAMILIES)
 def test_speed_and_track(flown, craft: str):
-    """Each of three boats at once holds 1 m/s within 0.2 m/s, and its line within 3 m."""
+    """Each of three boats at once holds 1 m/s within 0.2 m/s in any five seconds, and its line within 3 m."""
     found = [fix for fix in fixes(flown / "run", craft) if fix.valid and fix.tick >= 40]
     assert len(found) >= 50
     assert all(abs(fix.east_m - EAST_M[craft]) < 3.0 for fix in found)
-    made_good = (found[-1].north_m - found[0].north_m) / (found[-1].tick - found[0].tick)
-    assert made_good == pytest.approx(1.0, abs=0.2)
+    later = zip(found, found[5:], strict=False)
+    made_good = [(then.north_m - fix.north_m) / (then.tick - fix.tick) for fix, then in later]
+    assert made_good == pytest.approx([1.0] * len(made_good), abs=0.2)
 
 
 @pytest.mark.parametrize(("craft", "mode"), [("auv1", "HOLD"), ("auv2", "AUTO.LOITER"), ("auv3", "POSHOLD")])

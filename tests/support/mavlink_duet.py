@@ -7,7 +7,7 @@ from grex_agent.frontseat.dialect import Codec
 from grex_agent.frontseat.inspection import Inspection
 from grex_agent.frontseat.outputs import Note
 from grex_link.config import DatumConfig, MavlinkFrontseat
-from grex_link.messages import Fix
+from grex_link.messages import Fix, Setpoint
 from grex_link.units import NS
 from grex_sim.autopilot.brain import Settings
 from grex_sim.autopilot.codec import Codec as AutopilotCodec
@@ -55,6 +55,10 @@ class Duet:
     def navigate(self, fix: Fix) -> None:
         """Tell the adapter where the craft is."""
         self._take(self.core.on_navigation(fix, self.now_ns))
+
+    def steer(self, order: Setpoint) -> None:
+        """Give the adapter a set-point of the agent."""
+        self._take(self.core.on_setpoint(order, self.now_ns))
 
     @property
     def now_ns(self) -> int:

@@ -1,8 +1,18 @@
 """ArduPilot Rover: boats and ground vehicles."""
 
-from grex_agent.frontseat.dialect import mavlink
+from grex_agent.frontseat.dialect import Mavlink, mavlink
 from grex_agent.frontseat.families.settings import ARDUPILOT, Frame, Setting, unless
-from grex_agent.frontseat.families.table import Family
+from grex_agent.frontseat.families.table import Family, Order, velocity
+
+
+def _encode(order: Order, time_boot_ms: int, system: int, component: int) -> Mavlink:
+    """Velocity; to stand still a speed of exactly zero, for anything else is lifted to the least throttle.
+
+    That needs a yaw. Under way it has none: with one a velocity to the south would be taken for astern.
+    """
+    stands = order.speed_mps == 0.0
+    return velocity(order, 0.0, time_boot_ms, system, component, with_yaw=stands)
+
 
 FAMILY = Family(
     name="rover",
@@ -29,6 +39,7 @@ FAMILY = Family(
     # HOLD needs no position, and is where the autopilot's own failsafes end.
     holds=(4, 5),
     frame=Frame("FRAME_CLASS", {1: "rover", 2: "boat", 3: "balance bot"}),
+    encode=_encode,
     settings=(
         *ARDUPILOT,
         Setting("FS_GCS_ENABLE", unless(1, say="nothing happens when our heartbeats stop; set it to 1")),

@@ -10,10 +10,13 @@ _VERTICAL_MAX_MPS = 0.3
 
 
 def _encode(order: Order, time_boot_ms: int, system: int, component: int) -> Mavlink:
-    """Velocity in three axes; GUIDED takes no depth beside a velocity, so the loop is closed here."""
+    """Velocity in three axes; GUIDED takes no depth beside a velocity, so the loop is closed here.
+
+    Without a yaw the bow stays where it was told to look before, and the craft goes sideways.
+    """
     down_mps = _DEPTH_GAIN_PER_S * (order.depth_m - order.at_depth_m)
     down_mps = min(max(down_mps, -_VERTICAL_MAX_MPS), _VERTICAL_MAX_MPS)
-    return velocity(order, down_mps, time_boot_ms, system, component)
+    return velocity(order, down_mps, time_boot_ms, system, component, with_yaw=True)
 
 
 def _judge_failsafe(value: float, own_system: int) -> str:

@@ -10,7 +10,9 @@ from grex_agent.frontseat.families.settings import Frame, Setting
 #: Velocity only: position, acceleration, yaw and yaw rate are ignored, vz is *not*. Leaving vz out as well, the habit
 #: of boats, is obeyed by some firmwares and dropped by others without a word.
 VELOCITY_ONLY = 0x0DC7
-#: A speed of zero has no direction, and a boat would turn north.
+#: The same with a yaw: of a craft that goes sideways as well, and of one that stands still.
+VELOCITY_AND_YAW = 0x09C7
+#: A speed of zero has no direction, and without a yaw a boat would turn north.
 _STANDSTILL_MPS = 0.001
 
 
@@ -38,20 +40,22 @@ class Order:
 Encode = Callable[[Order, int, int, int], Mavlink]
 
 
-def velocity(order: Order, down_mps: float, time_boot_ms: int, system: int, component: int) -> Mavlink:
-    """Velocity set-point in NED axes; its origin does not matter."""
-    speed_mps = max(order.speed_mps, _STANDSTILL_MPS)
+def velocity(
+    order: Order, down_mps: float, time_boot_ms: int, system: int, component: int, *, with_yaw: bool = False
+) -> Mavlink:
+    """Velocity set-point in NED axes; its origin does not matter. With a yaw it also says where the bow is to be."""
+    speed_mps = order.speed_mps if with_yaw else max(order.speed_mps, _STANDSTILL_MPS)
     north, east = speed_mps * math.cos(order.course_rad), speed_mps * math.sin(order.course_rad)
     return mavlink.MAVLink_set_position_target_local_ned_message(
         time_boot_ms,
         system,
         component,
         mavlink.MAV_FRAME_LOCAL_NED,
-        VELOCITY_ONLY,
+        VELOCITY_AND_YAW if with_yaw else VELOCITY_ONLY,
         *(0.0, 0.0, 0.0),
         *(north, east, down_mps),
         *(0.0, 0.0, 0.0),
-        *(0.0, 0.0),
+        *(order.course_rad if with_yaw else 0.0, 0.0),
     )
 
 

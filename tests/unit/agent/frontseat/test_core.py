@@ -257,10 +257,11 @@ def test_in_progress_is_waited_for():
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_set_point(family: str):
-    """A set-point is a velocity along the course with the full mask, to this autopilot, vz included."""
+    """A set-point is a velocity along the course, vz included, to this autopilot; a sub is to look there, too."""
     bench = MavlinkBench(family, arm=True).steering(setpoint(1.5, math.radians(90.0)))
     message = bench.setpoints(1.0)[-1]
-    assert (message.type_mask, message.coordinate_frame) == (0x0DC7, 1)
+    assert (message.type_mask, message.coordinate_frame) == (0x09C7 if family == "sub" else 0x0DC7, 1)
+    assert message.yaw == pytest.approx(math.pi / 2 if family == "sub" else 0.0)
     assert (message.target_system, message.target_component) == (1, 1)
     assert (message.vx, message.vy, message.vz) == pytest.approx((0.0, 1.5, 0.0), abs=1e-6)
 
@@ -276,11 +277,21 @@ def test_depth_is_steered_by_its_error():
     assert bench.estimate.down_m == 20.0
 
 
-def test_hold_stands_still():
-    """On hold the speed is next to nothing, in the old direction, so that the bow stays where it is."""
-    bench = MavlinkBench(arm=True).steering(setpoint(0.0, math.pi / 2, "hold"))
+@pytest.mark.parametrize("family", ["rover", "sub"])
+def test_hold_stands_still(family: str):
+    """On hold ArduPilot is asked for no speed at all, which alone stops its throttle, and for the old heading."""
+    bench = MavlinkBench(family, arm=True).steering(setpoint(0.0, math.pi / 2, "hold"))
     message = bench.setpoints(1.0)[-1]
-    assert math.hypot(message.vx, message.vy) <= 0.01
+    assert (message.type_mask, message.vx, message.vy) == (0x09C7, 0.0, 0.0)
+    assert message.yaw == pytest.approx(math.pi / 2)
+
+
+def test_hold_of_px4_keeps_the_bow():
+    """PX4 knows no yaw beside a velocity: its speed is next to nothing, in the old direction."""
+    bench = MavlinkBench("px4", arm=True).steering(setpoint(0.0, math.pi / 2, "hold"))
+    message = bench.setpoints(1.0)[-1]
+    assert message.type_mask == 0x0DC7
+    assert 0.0 < math.hypot(message.vx, message.vy) <= 0.01
     assert math.atan2(message.vy, message.vx) == pytest.approx(math.pi / 2, abs=1e-3)
 
 

@@ -1,5 +1,7 @@
 """Behaviours 3 and 6: its own time, its limits, and how its craft moves."""
 
+import math
+
 import pytest
 from autopilots import Bench
 
@@ -67,6 +69,15 @@ def test_a_sub_goes_sideways():
     bench = Bench("sub").guided().drive(10.0, 0.5, 0.0, mask=0x09C7, yaw=1.5708)
     assert bench.heading_deg == pytest.approx(90.0, abs=1.0)
     assert bench.pilot.brain.craft.velocity[0] == pytest.approx(0.4, abs=0.02)
+
+
+def test_a_sub_that_is_told_no_heading_keeps_its_own():
+    """Without a yaw in its set-points a Sub goes east with its bow where it was told to look last."""
+    bench = Bench("sub").guided().drive(10.0, 0.0, 0.5)
+    assert bench.heading_deg == pytest.approx(0.0, abs=1.0)
+    assert bench.pilot.brain.craft.velocity[1] == pytest.approx(0.4, abs=0.02)
+    bench.drive(8.0, 0.5, 0.0, mask=0x09C7, yaw=0.6).drive(10.0, 0.0, 0.5)
+    assert bench.heading_deg == pytest.approx(math.degrees(0.6), abs=1.0)
 
 
 def test_px4_ignores_yaw():
