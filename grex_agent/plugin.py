@@ -38,3 +38,29 @@ def load_plugin(path: str, name: str, known: Mapping[str, str]) -> Callable[...,
         raise ConfigError(path, f"{name!r} is not a class")
     found_class: Callable[..., Any] = found
     return found_class
+
+
+def build_plugin(path: str, name: str, build: Callable[..., Any], argument: object) -> Any:
+    """Build what `load_plugin` has found.
+
+    Parameters
+    ----------
+    path, name : str
+        See `load_plugin`.
+    build : callable
+        What it has found.
+    argument : object
+        What it is built from.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be built from that.
+    """
+    try:
+        return build(argument)
+    except ConfigError:
+        raise
+    except Exception as error:
+        what = f"{type(argument).__name__}: {type(error).__name__}: {error}"
+        raise ConfigError(path, f"{name!r} cannot be built from a {what}") from error

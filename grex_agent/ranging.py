@@ -21,6 +21,8 @@ from grex_link.wire import NAVIGATION_VALID, ON_TASK, TeamState
 
 #: What is not known of a speed told, as a share of it: it is that of a moment, and turns and waves change it.
 _CARRYING_ERROR = 0.1
+#: A message older than this says nothing of where its sender is: it may have left its plan since, unheard.
+_OLD_S = 300.0
 
 
 class Ranging:
@@ -53,7 +55,10 @@ class Ranging:
     def on_message(self, event: Received, t_ns: int, state: TeamState) -> None:
         """Take a team state that has arrived at a time by the own clock, and the travel time if it was measured."""
         mate = event.source
-        if mate not in self._paths or not state.flags & NAVIGATION_VALID or state.flags & ON_TASK:
+        if mate not in self._paths:
+            return
+        if not state.flags & NAVIGATION_VALID or state.flags & ON_TASK:
+            self._told.pop(mate, None)  # where it was before says no more where it is
             return
         if mate not in self._told or state.t_s >= self._told[mate].t_s:
             self._told[mate] = state
@@ -111,6 +116,8 @@ class Ranging:
     def _note(self, mate: str, own_s: float, mate_s: float, range_m: float) -> None:
         state, path = self._told[mate], self._paths[mate]
         if not math.isfinite(state.sigma_m + state.speed_mps):
+            return
+        if mate_s - state.t_s > _OLD_S:
             return
         way_m = state.speed_mps * (mate_s - state.t_s)
         distance_m, _ = path.told(state)

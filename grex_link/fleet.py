@@ -4,6 +4,7 @@ What is run, recorded and hashed has a table and a place for each craft; nothing
 """
 
 import math
+import re
 from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
@@ -94,6 +95,10 @@ def _craft(fleet: FleetConfig, own: Any) -> dict[str, Any]:
     if not isinstance(own, dict):
         raise ConfigError("$.craft", "expected a table for each craft")
     names = [fleet.name.replace(_NUMBER, str(number)) for number in range(1, fleet.count + 1)]
+    pattern = re.compile(re.escape(fleet.name).replace(re.escape(_NUMBER), r"[1-9]\d*") + r"\Z")
+    for name in own:
+        if pattern.match(name) and name not in names:
+            raise ConfigError(f"$.craft.{name}", f"is beyond the fleet, which goes to {names[-1]}; raise $.fleet.count")
     alike = {name: _merged(fleet.craft, own.get(name, {})) for name in names}
     return alike | {name: table for name, table in own.items() if name not in alike}
 

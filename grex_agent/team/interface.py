@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 from grex_agent.coordination import SpeedController
 from grex_agent.mission import TeamPlan
-from grex_agent.plugin import load_plugin
+from grex_agent.plugin import build_plugin, load_plugin
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_link.messages import MateBelief
@@ -101,7 +101,7 @@ def needs_oracle(scenario: Scenario) -> bool:
 def load_estimator(context: TeamContext) -> TeamEstimator:
     """Build the estimator a scenario names."""
     build = load_plugin("$.team.estimator", context.scenario.team.estimator, KNOWN)
-    estimator: TeamEstimator = build(context)
+    estimator: TeamEstimator = build_plugin("$.team.estimator", context.scenario.team.estimator, build, context)
     if not hasattr(estimator, "step"):
         raise ConfigError("$.team.estimator", f"{context.scenario.team.estimator!r} has no method 'step'")
     return estimator

@@ -3,9 +3,12 @@
 import sys
 
 import pytest
+from missions import SCENARIOS
 
+from grex_agent.core import AgentCore
 from grex_agent.plugin import load_plugin
 from grex_link.errors import ConfigError
+from grex_link.scenario import load
 
 KNOWN = {"line": "grex_agent.path:Line", "arc": "grex_agent.path:Arc"}
 
@@ -42,3 +45,19 @@ def test_faults_are_named(name, problem):
     with pytest.raises(ConfigError) as caught:
         load_plugin("$.team.estimator", name, KNOWN)
     assert str(caught.value) == f"$.team.estimator: {problem}"
+
+
+@pytest.mark.parametrize("table", [{"estimator": "math:sqrt"}, {"controller": "math:sqrt"}])
+def test_what_cannot_be_built_is_refused(table):
+    """Something else than an estimator or a controller is one line with the path, and not a traceback."""
+    scenario = load(SCENARIOS / "paper-d.toml", [f"team.{name}={value}" for name, value in table.items()])
+    (name,) = table
+    with pytest.raises(ConfigError, match=rf"^\$\.team\.{name}: 'math:sqrt' cannot be built from a \w+: TypeError: "):
+        AgentCore(scenario, "auv1")
+
+
+def test_a_controller_without_its_method_is_refused():
+    """What is built, but orders no speed, is refused at the start."""
+    scenario = load(SCENARIOS / "paper-d.toml", ["team.controller=builtins:repr"])
+    with pytest.raises(ConfigError, match=r"^\$\.team\.controller: 'builtins:repr' has no method 'speed'"):
+        AgentCore(scenario, "auv1")

@@ -8,7 +8,7 @@ from grex_link.messages import RangeResult, Received
 from grex_link.profile import load_profile
 from grex_link.scenario import loads
 from grex_link.units import NS
-from grex_link.wire import TeamState
+from grex_link.wire import ON_TASK, TeamState
 
 TEAM = """
 [team]
@@ -127,6 +127,29 @@ def test_nothing_known_of_the_other_end():
     own.on_range(RangeResult(0, "boat", 75.0), 50 * NS)
     own.on_message(received(), 47 * NS, told(45.0))
     own.on_range(RangeResult(0, "boat", None), 50 * NS)
+    assert own.take() == []
+
+
+@pytest.mark.parametrize("flags", [0, 1 | ON_TASK])
+def test_who_leaves_its_plan_is_no_reference(flags):
+    """A mate that says it is on a task, or lost, was where it told before: that is no longer carried along its plan."""
+    own, _ = ranging()
+    own.on_message(received(), 47 * NS, told(44.0))
+    own.on_message(received(), 70 * NS, told(67.0, flags=flags))
+    own.on_range(RangeResult(0, "boat", 75.0), 75 * NS)
+    assert own.take() == []
+    own.on_message(received(), 147 * NS, told(144.0))
+    own.on_range(RangeResult(0, "boat", 75.0), 150 * NS)
+    assert len(own.take()) == 1
+
+
+def test_an_old_message_is_no_reference():
+    """A mate that has been silent for more than five minutes may be anywhere."""
+    own, _ = ranging()
+    own.on_message(received(), 47 * NS, told(44.0))
+    own.on_range(RangeResult(0, "boat", 75.0), 340 * NS)
+    assert len(own.take()) == 1
+    own.on_range(RangeResult(0, "boat", 75.0), 350 * NS)
     assert own.take() == []
 
 

@@ -92,6 +92,7 @@ def test_a_fleet_of_another_size_is_one_override():
     [
         ("fleet.count=0", "$.fleet.count"),
         ("fleet.count=201", "$.fleet.count"),
+        ("craft.auv5={}", "$.craft.auv5"),
         ("fleet.nonsense=1", "$.fleet"),
         ("fleet.name=auv", "$.fleet.name"),
         ("fleet=3", "$.fleet"),
