@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from grex_agent.plugin import build_plugin, load_plugin
+from grex_agent.plugin import build_plugin
 from grex_link.config import TeamConfig
 from grex_link.errors import ConfigError
 
@@ -108,10 +108,7 @@ def load_controller(config: TeamConfig) -> SpeedController:
     law = "grex_agent.coordination:ThetaP"
     # The shared reference is no speed controller, and not asked for here; it is named for who misspells it.
     known = {"theta_p": law, "theta_p_unbiased": law, "shared_reference": ""}
-    build = load_plugin("$.team.controller", config.controller, known)
-    controller: SpeedController = build_plugin("$.team.controller", config.controller, build, config)
-    if not hasattr(controller, "speed"):
-        raise ConfigError("$.team.controller", f"{config.controller!r} has no method 'speed'")
+    controller: SpeedController = build_plugin("$.team.controller", config.controller, known, config, "speed")
     return controller
 
 

@@ -40,27 +40,31 @@ def load_plugin(path: str, name: str, known: Mapping[str, str]) -> Callable[...,
     return found_class
 
 
-def build_plugin(path: str, name: str, build: Callable[..., Any], argument: object) -> Any:
-    """Build what `load_plugin` has found.
+def build_plugin(path: str, name: str, known: Mapping[str, str], argument: object, method: str) -> Any:
+    """Find a class and build one of it.
 
     Parameters
     ----------
-    path, name : str
+    path, name, known : str, str, mapping of str to str
         See `load_plugin`.
-    build : callable
-        What it has found.
     argument : object
         What it is built from.
+    method : str
+        What it must be able to do.
 
     Raises
     ------
     ConfigError
-        If it cannot be built from that.
+        If there is no such class, it cannot be built from that, or it lacks the method.
     """
+    build = load_plugin(path, name, known)
     try:
-        return build(argument)
+        built = build(argument)
     except ConfigError:
         raise
     except Exception as error:
         what = f"{type(argument).__name__}: {type(error).__name__}: {error}"
         raise ConfigError(path, f"{name!r} cannot be built from a {what}") from error
+    if not hasattr(built, method):
+        raise ConfigError(path, f"{name!r} has no method {method!r}")
+    return built

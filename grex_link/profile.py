@@ -207,6 +207,11 @@ def profile_names() -> list[str]:
     return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
+def own_profile(name: str) -> Path | None:
+    """File of a user's own profile; None for one that comes with GREX."""
+    return Path(name) if name.endswith(".toml") else None
+
+
 def load_profile(name: str) -> ModemProfile:
     """Read a profile by name, or from a user's own file.
 
@@ -220,9 +225,9 @@ def load_profile(name: str) -> ModemProfile:
     ConfigError
         If there is none of that name, or it is not sound.
     """
-    own = name.endswith(".toml")
-    path = Path(name) if own else files("grex_link") / "modems" / f"{name}.toml"
-    if not own and name not in profile_names():
+    own = own_profile(name)
+    path = own or files("grex_link") / "modems" / f"{name}.toml"
+    if own is None and name not in profile_names():
         known = ", ".join(profile_names())
         raise ConfigError(
             "$.link.profile",

@@ -56,7 +56,7 @@ def save(figure: "Figure", path: Path) -> Path:
     try:
         figure.savefig(path, format=path.suffix[1:] or "png")
     except (OSError, ValueError) as error:
-        why = error.strerror if isinstance(error, OSError) else str(error)
+        why = getattr(error, "strerror", None) or error  # an encoder's fault has no number
         raise ConfigError("--out", f"cannot write the picture {path}: {why}") from None
     return path
 

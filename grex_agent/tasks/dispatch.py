@@ -64,9 +64,7 @@ class Dispatcher:
         """
         while self._to_come and self._to_come[0][1].at_s * NS <= now_ns:
             self._open.append(_Open(*self._to_come.pop(0), set()))
-        chosen: list[tuple[str, EventConfig, str]] = []
-        if not self._open:
-            return chosen
+        chosen = []
         taken: set[str] = set()
         for each in [each for each in self._open if not each.asked]:
             left = [craft for craft in self._places if craft not in each.refused]

@@ -128,8 +128,6 @@ class TaskPost:
 
     def step(self, now_ns: int, send: Send) -> None:
         """Send what is to be sent now."""
-        if not (self._sent or self._had):
-            return
         for sent in [each for each in self._sent if each.status is None and now_ns >= each.next_ns]:
             if not sent.tries_left:
                 self._sent.remove(sent)

@@ -6,9 +6,8 @@ from typing import NamedTuple, Protocol
 
 from grex_agent.coordination import SpeedController
 from grex_agent.mission import TeamPlan
-from grex_agent.plugin import build_plugin, load_plugin
+from grex_agent.plugin import build_plugin
 from grex_link.config import Scenario
-from grex_link.errors import ConfigError
 from grex_link.messages import MateBelief
 from grex_link.wire import TeamState
 
@@ -100,8 +99,6 @@ def needs_oracle(scenario: Scenario) -> bool:
 
 def load_estimator(context: TeamContext) -> TeamEstimator:
     """Build the estimator a scenario names."""
-    build = load_plugin("$.team.estimator", context.scenario.team.estimator, KNOWN)
-    estimator: TeamEstimator = build_plugin("$.team.estimator", context.scenario.team.estimator, build, context)
-    if not hasattr(estimator, "step"):
-        raise ConfigError("$.team.estimator", f"{context.scenario.team.estimator!r} has no method 'step'")
+    name = context.scenario.team.estimator
+    estimator: TeamEstimator = build_plugin("$.team.estimator", name, KNOWN, context, "step")
     return estimator

@@ -6,6 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from grex_link.config import Scenario
+from grex_link.profile import own_profile
 
 
 def own_files(scenarios: Sequence[Scenario]) -> dict[str, str]:
@@ -14,8 +15,9 @@ def own_files(scenarios: Sequence[Scenario]) -> dict[str, str]:
 
 
 def _named(scenario: Scenario) -> Iterator[tuple[str, Path]]:
-    if scenario.link.profile.endswith(".toml"):
-        yield scenario.link.profile, Path(scenario.link.profile)
+    profile = own_profile(scenario.link.profile)
+    if profile is not None:
+        yield scenario.link.profile, profile
     for name in (scenario.team.estimator, scenario.team.controller):
         module, colon, _ = name.partition(":")
         found = find_spec(module) if colon else None

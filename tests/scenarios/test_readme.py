@@ -35,7 +35,7 @@ def test_table_1_is_what_is_printed(case):
     assert f"{fly(f'paper-{case}').fd:.4f}" == printed
 
 
-@pytest.mark.parametrize("modem", ["umodem_psk6", "grex2008"])
+@pytest.mark.parametrize("modem", ["umodem_psk6", "janus", "grex2008"])
 def test_the_table_of_modems_is_what_is_printed(modem):
     """FD and mean age of a modem in README's table, without bursts and with, are what the paper's mission gives."""
     row = re.search(rf"^\| {modem} \|(.*)\|$", README, re.MULTILINE)[1].split("|")

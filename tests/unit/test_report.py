@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.text import Annotation
 
@@ -247,6 +248,17 @@ def test_a_picture_that_cannot_be_written_is_one_line(tmp_path, name):
     """A missing folder or an unknown kind of picture is a fault of the command line, not a traceback."""
     with pytest.raises(ConfigError, match=r"^--out: cannot write the picture"):
         report.draw_plan(tmp_path / name, *lawnmower())
+
+
+def test_a_fault_of_the_encoder_is_told(tmp_path, monkeypatch):
+    """What fails without an error number, as encoders of pictures do, is told in its own words."""
+
+    def fail(*_, **__):
+        raise OSError("encoder error -2 when writing image file")
+
+    monkeypatch.setattr(Figure, "savefig", fail)
+    with pytest.raises(ConfigError, match=r"cannot write the picture .*: encoder error -2 when writing image file$"):
+        report.draw_plan(tmp_path / "plan.png", *lawnmower())
 
 
 def test_matplotlib_is_imported_only_to_draw():
