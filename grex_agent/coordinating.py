@@ -9,11 +9,13 @@ from typing import Any
 
 from grex_agent.coordination import SpeedController, check_unbiased, load_controller
 from grex_agent.manoeuvre import ManoeuvreProcessor
+from grex_agent.medium_access import medium_access
 from grex_agent.messenger import Talk
 from grex_agent.mission import TeamPlan
 from grex_agent.reference_talk import ReferenceTalk
 from grex_agent.shared_reference import SharedReference
 from grex_agent.talk_policy import Periodic, TalkPolicy, make_policy
+from grex_agent.team.acknowledgement import Acknowledgements
 from grex_agent.team.baseline import Unaware
 from grex_agent.team.interface import TeamContext, load_estimator
 from grex_agent.tell import TeamTalk
@@ -22,6 +24,7 @@ from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_link.messages import Fix
 from grex_link.profile import ModemProfile
+from grex_link.units import NS
 from grex_link.wire import BYTES, Form
 
 SHARED_REFERENCE = "shared_reference"
@@ -71,12 +74,25 @@ def coordinate(scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemPro
     if scenario.team.controller == SHARED_REFERENCE:
         return _by_reference(scenario, craft, plan, profile)
     controller = load_controller(scenario.team)
-    context = TeamContext(craft, plan, scenario, controller)
+    acknowledgements = _acknowledgements(scenario, craft, plan, profile, form)
+    context = TeamContext(craft, plan, scenario, controller, acknowledgements)
     if craft not in plan.craft:  # who stands by waits for nobody, and tells where it is
         return Coordination(controller, Unaware(context), TeamTalk(craft, plan, form), Periodic(), BYTES[form])
     estimator = load_estimator(context)
     policy = make_policy(scenario.team.talk, estimator)
-    return Coordination(controller, estimator, TeamTalk(craft, plan, form), policy, BYTES[form])
+    talk = TeamTalk(craft, plan, form, acknowledgements)
+    return Coordination(controller, estimator, talk, policy, BYTES[form])
+
+
+def _acknowledgements(
+    scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemProfile, form: Form
+) -> Acknowledgements | None:
+    """Say what has been heard, where the form and the size of the team leave room for it."""
+    if form != "full" or craft not in plan.craft:
+        return None
+    interval_s = medium_access(scenario, plan, profile, BYTES[form]).interval_ns / NS
+    acknowledgements = Acknowledgements(craft, list(plan.craft), interval_s)
+    return acknowledgements if acknowledgements.told else None
 
 
 def _by_reference(scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemProfile) -> Coordination:

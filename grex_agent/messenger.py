@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from grex_agent.mission import TeamPlan, range_max_m
+from grex_agent.medium_access import medium_access
+from grex_agent.mission import TeamPlan
 from grex_agent.modem.port import ModemPort
 from grex_agent.range_update import Range
 from grex_agent.ranging import Ranging
@@ -12,7 +13,6 @@ from grex_agent.tasks.mail import TaskMail, answer_ns
 from grex_agent.team.interface import Report
 from grex_link.config import Scenario
 from grex_link.errors import WireError
-from grex_link.mac import plan_mac
 from grex_link.messages import ModemEvent, PortLedger, RangeResult, Received, Request, TxEvent
 from grex_link.profile import ModemProfile
 from grex_link.units import NS
@@ -85,8 +85,7 @@ class Messenger:
     ) -> None:
         self._talk = talk
         self._policy = policy
-        planned_m = 0.0 if profile.one_speaker_at_a_time else range_max_m(plan)
-        mac = plan_mac(scenario, planned_m, message_bytes)
+        mac = medium_access(scenario, plan, profile, message_bytes)
         self._port = ModemPort(craft, list(scenario.craft), profile, mac)
         self._ranging = Ranging(scenario, craft, plan, profile)
         self._asking: int | None = None

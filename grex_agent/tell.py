@@ -4,6 +4,7 @@ import msgspec
 
 from grex_agent.manoeuvre import ManoeuvreProcessor
 from grex_agent.mission import TeamPlan
+from grex_agent.team.acknowledgement import Acknowledgements
 from grex_agent.team.interface import Report
 from grex_link import wire
 from grex_link.errors import WireError
@@ -28,6 +29,8 @@ class TeamTalk:
         Of the whole team, in its order: it holds what the shorter forms leave out.
     form : wire.Form
         How the own state goes on the air.
+    acknowledgements : Acknowledgements or None
+        Says what has been heard of the formation, where that is said.
 
     Attributes
     ----------
@@ -35,18 +38,27 @@ class TeamTalk:
         Datagrams that were no team state of a mate.
     """
 
-    def __init__(self, craft: str, plan: TeamPlan, form: wire.Form = "full") -> None:
+    def __init__(
+        self,
+        craft: str,
+        plan: TeamPlan,
+        form: wire.Form = "full",
+        acknowledgements: Acknowledgements | None = None,
+    ) -> None:
         self._craft = craft
         self._plans = plan.everybody
         self._team = list(self._plans)
         self._form = form
+        self._acknowledgements = acknowledgements
         self.bad_frames = 0
 
     def state(self, fix: Fix, processor: ManoeuvreProcessor, speed_mps: float) -> wire.TeamState:
-        """Put together what is told: a fix, the place in the plan, and the speed over ground."""
+        """Put together what is told: a fix, the place in the plan, the speed over ground, and what has been heard."""
+        t_s = fix.t_ns / NS
+        heard = 0 if self._acknowledgements is None else self._acknowledgements.flags(t_s)
         return wire.TeamState(
             source=self._team.index(self._craft),
-            t_s=fix.t_ns / NS,
+            t_s=t_s,
             north_m=fix.north_m,
             east_m=fix.east_m,
             depth_m=fix.down_m,
@@ -55,6 +67,7 @@ class TeamTalk:
             track=processor.number,
             theta=processor.place.theta,
             sigma_m=fix.sigma_m,
+            flags=wire.NAVIGATION_VALID | heard,
         )
 
     def pack(self, state: wire.TeamState, form: wire.Form | None = None) -> tuple[bytes, wire.TeamState]:
@@ -83,6 +96,8 @@ class TeamTalk:
         if state.t_s > now_s:
             # The mate's clock is ahead of ours. It cannot be from the future, so it counts as of now.
             state = msgspec.structs.replace(state, t_s=now_s)
+        if self._acknowledgements is not None:
+            self._acknowledgements.hear(event.source, state.t_s)
         return Report(event.source, self._completed(event.source, state))
 
     def _completed(self, craft: str, state: wire.TeamState) -> wire.TeamState:

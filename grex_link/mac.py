@@ -29,11 +29,17 @@ class Mac(Protocol):
         How many messages may follow an opening, one after another with the modem's turnaround between them.
     message_bytes : int
         Longest message there is time for.
+    interval_ns : int
+        Mean time between two openings of a craft; of the one that has most of them.
     """
 
     @property
     def messages_per_slot(self) -> int:
         """How many messages may follow an opening."""
+
+    @property
+    def interval_ns(self) -> int:
+        """Mean time between two openings of a craft."""
 
     @property
     def message_bytes(self) -> int:
@@ -66,6 +72,11 @@ class SlottedAlohaMac:
     message_bytes: int
     seed: int
     messages_per_slot: int = 1
+
+    @property
+    def interval_ns(self) -> int:
+        """Mean time between two openings of a craft; see `Mac`."""
+        return round(self.slot_ns / self.probability)
 
     def openings(self, craft: str, from_ns: int, before_ns: int) -> list[int]:
         """Return the beginnings of the slots within [from, before) that the craft uses."""
@@ -101,11 +112,16 @@ class PureAlohaMac:
     seed: int
     messages_per_slot: int = 1
 
+    @property
+    def interval_ns(self) -> int:
+        """Mean time between two openings of a craft; see `Mac`."""
+        return max(round(NS / self.rate_per_s), 1)
+
     def openings(self, craft: str, from_ns: int, before_ns: int) -> list[int]:
         """Return the points within [from, before)."""
         if before_ns <= max(from_ns, 0):
             return []
-        bin_ns = max(round(NS / self.rate_per_s), 1)
+        bin_ns = self.interval_ns
         numbers = range(max(from_ns, 0) // bin_ns, (before_ns - 1) // bin_ns + 1)
         points = (point for number in numbers for point in self._points(craft, number, bin_ns))
         return sorted(point for point in points if from_ns <= point < before_ns)

@@ -1,6 +1,7 @@
 """Slots: a cycle of them counted from the start of the mission, and the silence each of them ends with."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -47,6 +48,11 @@ class Schedule:
     messages_per_slot: int = 1
     message_bytes: int = 0
     guard_ns: int = 0
+
+    @property
+    def interval_ns(self) -> int:
+        """Mean time between two slots of the craft that has most of them."""
+        return self.cycle_ns // max(Counter(slot.craft for slot in self.slots).values())
 
     def openings(self, craft: str, from_ns: int, before_ns: int) -> list[int]:
         """Mission times, nanoseconds, at which slots of a craft open within [from, before)."""

@@ -15,7 +15,9 @@ heading    9                  360/512 degrees
 track      8     8      8     number of the present track
 theta      12    12     12    degree of execution of that track (eq. 1), 1/4095
 sigma      5                  class c: at most 0.1 m · 2^(c/2)
-flags      8                  bit 0: navigation valid; bit 1: on a task of its own, not to be waited for
+flags      8                  bit 0: navigation valid; bit 1: on a task of its own, not to be waited for;
+                              bits 2–7: how old the newest message heard of each mate is, see
+                              `grex_agent.team.acknowledgement`
 =========  ====  =====  ====  ==================================================================
 
 The full form has 120 bits, the short one 64. The tiny one has 34, what a JANUS packet carries, and is filled up to 5
@@ -47,6 +49,8 @@ SHORT_POSITION_STEP_M = 1.0
 SHORT_TIME_STEP_S = 0.5
 NAVIGATION_VALID = 1
 ON_TASK = 2
+#: Where in the flags is what has been heard, and how many bits.
+HEARD_SHIFT, HEARD_BITS = 2, 6
 
 
 def compiled(layout: str) -> Any:

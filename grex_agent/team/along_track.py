@@ -19,6 +19,7 @@ import numpy as np
 
 from grex_agent.gaussian import Gaussian, update
 from grex_agent.mission import CraftPlan
+from grex_agent.team.acknowledgement import SentMessages
 from grex_agent.team.along_track_rows import AlongTrackRows
 from grex_agent.team.interface import Own, Report, TeamContext
 from grex_agent.team.path_length import PathLength
@@ -72,6 +73,7 @@ class AlongTrackFirst:
         updates = [AlongTrackUpdate(plan, speed) for plan in plans]
         self._rows = AlongTrackRows(
             plans,
+            len(self._mates),
             updates,
             context.controller,
             speed,
@@ -108,11 +110,15 @@ class AlongTrackFirst:
         north, east = rows.points()
         age = np.where(self._heard_s > -math.inf, now_s - self._heard_s, -1.0)
         numbers = (array.tolist() for array in (north, east, rows.progress, rows.sigma_m, age))
-        return list(map(MateBelief, self._mates, *numbers))  # a row of oneself, the last one, has no mate to go with
+        return list(map(MateBelief, self._mates, *numbers))  # rows of oneself, the last ones, have no mate to go with
 
 
 class AlongTrack(AlongTrackFirst):
-    """Besides, what the mates think of oneself: the last row (as in case d, see `grex_agent.team.levels`).
+    """Besides, what the mates think of oneself: the last rows (as in case d, see `grex_agent.team.levels`).
+
+    Where the mates say what they have heard, there is a row for each of them, as the paper draws it; an own message is
+    taken to have been heard by all when it has left, and is taken back from the row of a mate that turns out not to
+    have it. Otherwise one row stands for all, and what has left has been heard.
 
     Parameters
     ----------
@@ -121,15 +127,20 @@ class AlongTrack(AlongTrackFirst):
     """
 
     def __init__(self, context: TeamContext) -> None:
+        acknowledgements = context.acknowledgements
+        self._many = acknowledgements is not None
         super().__init__(context)
+        memory_s = context.scenario.team.kalman.memory_s
+        self._sent = None if acknowledgements is None else SentMessages(acknowledgements, memory_s)
         self._own_progress = 0.0
 
     @property
     def doubt_m(self) -> float:
-        """How far the mates are thought to be wrong about the own place, metres along the path."""
+        """How far some mate is thought to be wrong about the own place, metres along the path."""
         tracks = self._context.plan.craft[self._context.craft].tracks
         track = tracks[min(max(int(self._own_progress), 0), len(tracks) - 1)]
-        return abs(self._own_progress - float(self._rows.progress[-1])) * track.length_m
+        seen = self._rows.progress[len(self._mates) :]
+        return float(np.abs(self._own_progress - seen).max(initial=0.0)) * track.length_m
 
     @property
     def owes(self) -> bool:
@@ -139,11 +150,31 @@ class AlongTrack(AlongTrackFirst):
     def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Advance, work in what was heard and sent, and say what is believed; see `TeamEstimator`."""
         self._own_progress = own.progress
-        self._advance(now_s, heard)
+        self._rows.advance(now_s)
         for state in sent:
-            self._rows.correct(len(self._mates), state)
+            self._leave(state, now_s)
+        for report in heard:
+            self._learn(report)
+        self._advance(now_s, heard)
         self._rows.drive(None)
         return self._beliefs(now_s)
 
+    # -- inside -------------------------------------------------------------------------------------------------
+
     def _modelled(self) -> list[str]:
-        return [*self._mates, self._context.craft]
+        return [*self._mates, *[self._context.craft] * (len(self._mates) if self._many else 1)]
+
+    def _leave(self, state: TeamState, now_s: float) -> None:
+        """Work in an own message that has left: every mate has it, as far as is known."""
+        for row in range(len(self._mates), self._rows.count):
+            self._rows.correct(row, state)
+        if self._sent is not None:
+            self._sent.leave(state, now_s)
+
+    def _learn(self, report: Report) -> None:
+        """Take back what a mate has not heard."""
+        if self._sent is None:
+            return
+        mate = self._row_of[report.craft]
+        for news in self._sent.learn(report):
+            self._rows.amend(len(self._mates) + mate, mate, news.message, heard=news.heard)

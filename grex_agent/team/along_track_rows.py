@@ -4,8 +4,10 @@ All rows are predicted together, step by step. A message concerns one row: it is
 that row alone is done anew from there, with every other message at its own place. So the result does not depend on the
 order of arrival (GREX 2008, eq. 11), and what a message costs does not depend on the number of rows.
 
-Everybody is driven by the progress of everybody else. Of that only a sum and the single values are kept for each step,
+Everybody is driven by the progress of everybody else. Of that only sums and the single values are kept for each step,
 so that the laws that need no more (`speeds`) cost the same for every row.
+
+The first rows are the mates. Those behind them are oneself, as a mate thinks: one for all the mates, or one for each.
 """
 
 from collections import deque
@@ -40,23 +42,32 @@ _SS, _VV, _BB = 3, 7, 11
 class Others(NamedTuple):
     """How far everybody was when a step was done."""
 
-    progress: Array
-    """Of the rows, shape (n,)."""
-    own: float | None
-    """Of oneself, where oneself is no row."""
-    total: float
-    """Sum of all."""
+    mates: Array
+    """Progress of the mates, shape (m,)."""
+    own: Array
+    """Progress of oneself as each mate thinks, shape (m,)."""
+    rows: int
+    """How many rows there are."""
 
-    @property
-    def mates(self) -> int:
-        """How many others each row has."""
-        return len(self.progress) - (self.own is None)
+    def sums(self) -> Array:
+        """Sum of the progress of its others, of each row; shape (n,)."""
+        count = len(self.mates)
+        sums = np.full(self.rows, np.add.reduce(self.mates))
+        sums[:count] += self.own - self.mates
+        return sums
 
     def of(self, row: int) -> list[float]:
         """Progress of the others of a row, one by one."""
-        own = [] if self.own is None else [self.own]
-        progress = self.progress.tolist()
-        return [*own, *progress[:row], *progress[row + 1 :]]
+        mates: list[float] = self.mates.tolist()
+        if row >= len(mates):
+            return mates
+        return [float(self.own[row]), *mates[:row], *mates[row + 1 :]]
+
+    def put(self, mate: int, progress: float, own: float) -> "Others":
+        """Say anew how far a mate is, and how far oneself is as it thinks."""
+        mates, of_own = self.mates.copy(), self.own.copy()
+        mates[mate], of_own[mate] = progress, own
+        return Others(mates, of_own, self.rows)
 
 
 class Said(msgspec.Struct):
@@ -88,6 +99,11 @@ class Step(msgspec.Struct):
         self.x[:, row] = _packed(state)
 
 
+def _says(step: Step, row: int, message: TeamState) -> bool:
+    """Whether a message of a row is among those said at a step."""
+    return any(said.message.t_s == message.t_s for said in step.said.get(row, ()))
+
+
 def _packed(state: Gaussian) -> Array:
     return np.concatenate((state.mean, state.covariance.ravel()))
 
@@ -102,7 +118,9 @@ class AlongTrackRows:
     Parameters
     ----------
     plans : sequence of CraftPlan
-        Whose tracks each row is on.
+        Whose tracks each row is on: the mates, then oneself as the mates think.
+    mates : int
+        How many mates there are.
     updates : sequence of Update
         What a message does to each row.
     controller : SpeedController
@@ -113,11 +131,17 @@ class AlongTrackRows:
         Of their places at the beginning.
     memory_s, tick_s : float
         How far back a message may reach, and the length of a step.
+
+    Attributes
+    ----------
+    count : int
+        How many rows there are.
     """
 
     def __init__(
         self,
         plans: Sequence[CraftPlan],
+        mates: int,
         updates: Sequence[Update],
         controller: SpeedController,
         speed: SpeedModel,
@@ -127,6 +151,8 @@ class AlongTrackRows:
         tick_s: float,
     ) -> None:
         self._paths = PathLengths(plans)
+        self._mates = mates
+        self.count = len(plans)
         self._updates = updates
         self._law = controller
         self._law_of_all = controller.speeds if isinstance(controller, TeamSpeeds) else None
@@ -181,11 +207,11 @@ class AlongTrackRows:
         Parameters
         ----------
         own : float or None
-            How far oneself is; None if oneself is a row.
+            How far oneself is; None if the last rows say what the mates think of that.
         """
-        progress = self.progress
-        total = float(np.add.reduce(progress)) + (0.0 if own is None else own)
-        self._history[-1].others = Others(progress, own, total)
+        progress, mates = self.progress, self._mates
+        seen = progress[mates:] if own is None else own
+        self._history[-1].others = Others(progress[:mates], np.broadcast_to(seen, mates), len(progress))
 
     def correct(self, row: int, message: TeamState) -> bool:
         """Work a message into a row at the time it speaks of, and recalculate that row from there (KF 2).
@@ -204,6 +230,36 @@ class AlongTrackRows:
         self._recalculate(index, row)
         self._located = None
         return True
+
+    def amend(self, own: int, mate: int, message: TeamState, *, heard: bool) -> None:
+        """Do two rows anew, because a mate has heard an own message after all, or has not heard it.
+
+        Both are done together from the time of the message on, each driven by the other: the mate has gone by what it
+        thinks of oneself.
+
+        Parameters
+        ----------
+        own, mate : int
+            The row of oneself as that mate thinks, and of the mate.
+        message : TeamState
+            The own message.
+        heard : bool
+            Whether it has been heard.
+        """
+        history = self._history
+        index = next((i for i in reversed(range(len(history))) if _says(history[i], own, message)), None)
+        if heard and index is None:
+            index = self._place_for(message.t_s)
+            if index is not None:
+                self._put_in(history[index], own, message, message.t_s)
+        if index is None:  # too long ago
+            return
+        states = {row: self._before(history[index], row) for row in (own, mate)}
+        if not heard:
+            said = [each for each in history[index].said[own] if each.message.t_s != message.t_s]
+            history[index].said[own] = said
+        self._recalculate_pair(index, own, mate, states)
+        self._located = None
 
     # -- prediction ---------------------------------------------------------------------------------------------
 
@@ -257,7 +313,7 @@ class AlongTrackRows:
         here_and_further = progress + _HERE_AND_FURTHER
         if others is None:
             return self._law_of_all(located.planned_mps, here_and_further, np.zeros_like(progress), 0)
-        return self._law_of_all(located.planned_mps, here_and_further, others.total - others.progress, others.mates)
+        return self._law_of_all(located.planned_mps, here_and_further, others.sums(), len(others.mates))
 
     def _one_by_one(self, rows: Sequence[int], located: Located, others: Others | None) -> Array:
         law, orders = self._law.speed, np.empty((2, len(rows)))
@@ -292,13 +348,31 @@ class AlongTrackRows:
     def _recalculate(self, index: int, row: int) -> None:
         """Go through the history of a row from a step on, with every message at its place."""
         entries = list(islice(self._history, index, None))
-        first = entries[0].said[row][0]
-        state = first.prior if first.t_s <= entries[0].t_s + _SAME_TIME_S else entries[0].row(row)
-        state = self._at(entries[0], row, state)
+        state = self._at(entries[0], row, self._before(entries[0], row))
         for entry, following in pairwise(entries):
             state, t_s = self._between(entry, row, state)
             state = self._predict_row(row, state, entry.others, following.t_s - t_s)
             state = self._at(following, row, state)
+
+    def _recalculate_pair(self, index: int, own: int, mate: int, states: dict[int, Gaussian]) -> None:
+        """Go through the history of a mate and of oneself as it thinks, and let each know how far the other is."""
+        entries = list(islice(self._history, index, None))
+        for entry, following in pairwise(entries):
+            for row, state in states.items():
+                states[row] = self._at(entry, row, state)
+            if entry.others is not None:
+                progress = (self._paths.locate_row(row, states[row].mean[0]).progress[0] for row in (mate, own))
+                entry.others = entry.others.put(mate, *progress)
+            for row, at in states.items():
+                state, t_s = self._between(entry, row, at)
+                states[row] = self._predict_row(row, state, entry.others, following.t_s - t_s)
+        for row, state in states.items():
+            self._at(entries[-1], row, state)
+
+    def _before(self, step: Step, row: int) -> Gaussian:
+        """State of a row at the time of a step, before what was said of that time."""
+        first = next(iter(step.said.get(row, ())), None)
+        return step.row(row) if first is None or first.t_s > step.t_s + _SAME_TIME_S else first.prior
 
     def _at(self, step: Step, row: int, state: Gaussian) -> Gaussian:
         """Work in what was said of the time of a step, and note the state."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from grex_agent.coordination import SpeedController
 from grex_agent.mission import TeamPlan
@@ -10,6 +10,9 @@ from grex_agent.plugin import build_plugin
 from grex_link.config import Scenario
 from grex_link.messages import MateBelief
 from grex_link.wire import TeamState
+
+if TYPE_CHECKING:
+    from grex_agent.team.acknowledgement import Acknowledgements
 
 KNOWN = {
     "none": "grex_agent.team.baseline:Unaware",
@@ -39,12 +42,15 @@ class TeamContext:
         Parameters of guidance, team and Kalman filters.
     controller : SpeedController
         The coordination law, for models of the mates.
+    acknowledgements : Acknowledgements or None
+        Reads what the mates say they have heard; None if they do not say it.
     """
 
     craft: str
     plan: TeamPlan
     scenario: Scenario
     controller: SpeedController
+    acknowledgements: "Acknowledgements | None" = None
 
 
 class Own(NamedTuple):

@@ -16,6 +16,7 @@ import numpy as np
 from grex_agent.coordination import load_controller
 from grex_agent.mission import plan_mission
 from grex_agent.own_filter import OwnFilter
+from grex_agent.team.acknowledgement import Acknowledgements
 from grex_agent.team.interface import Own, Report, TeamContext, load_estimator
 from grex_link import draws, wire
 from grex_link.config import OwnFilterConfig, Scenario, SpeedModelConfig
@@ -68,13 +69,16 @@ class Aboard:
         What its estimator is built from.
     plant : Plant
         How it moves.
+    acknowledgements : Acknowledgements
+        What it has heard.
     """
 
-    def __init__(self, context: TeamContext, plant: Plant) -> None:
+    def __init__(self, context: TeamContext, plant: Plant, acknowledgements: Acknowledgements) -> None:
         self.craft = context.craft
         self.plant = plant
         self.estimator = load_estimator(context)
         self.mates: list[Any] = []
+        self._acknowledgements = acknowledgements
         self._place = list(context.plan.craft).index(self.craft)
         self._track = context.plan.craft[self.craft].tracks[0]
 
@@ -86,14 +90,17 @@ class Aboard:
     def step(self, now: int, sent: list[wire.TeamState], heard: list[Report]) -> None:
         """Move for a second under what was believed, then believe anew."""
         self.plant.step(self.progress, [mate.progress for mate in self.mates])
+        for report in heard:
+            self._acknowledgements.hear(report.craft, report.state.t_s)
         place = self.plant.place()
         self.mates = self.estimator.step(float(now), Own(*place, self.progress), sent, heard)
 
     def say(self, now: int, told: Told) -> wire.TeamState:
         """Tell the own state as others read it."""
         theta = self._track.locate(told.north_m, told.east_m).theta
+        flags = wire.NAVIGATION_VALID | self._acknowledgements.flags(now)
         state = wire.TeamState(
-            self._place, float(now), told.north_m, told.east_m, 0.0, told.speed_mps, 0.0, 0, theta, told.sigma_m
+            self._place, float(now), told.north_m, told.east_m, 0.0, told.speed_mps, 0.0, 0, theta, told.sigma_m, flags
         )
         return wire.unpack(wire.pack(state, "full"), float(now))
 
@@ -109,10 +116,13 @@ def team_of_two(job: Consistency, seed: int) -> list[Aboard]:
     """Put the estimator aboard two craft that move as it thinks."""
     scenario = _scenario(job)
     plan, law = plan_mission(scenario), load_controller(scenario.team)
-    return [
-        Aboard(TeamContext(craft, plan, scenario, law), build_plant(scenario, plan.craft[craft], law, (seed, craft)))
-        for craft in scenario.craft
-    ]
+
+    def aboard(craft: str) -> Aboard:
+        acknowledgements = Acknowledgements(craft, list(plan.craft), _CYCLE_S)
+        context = TeamContext(craft, plan, scenario, law, acknowledgements)
+        return Aboard(context, build_plant(scenario, plan.craft[craft], law, (seed, craft)), acknowledgements)
+
+    return [aboard(craft) for craft in scenario.craft]
 
 
 def sail(team: list[Aboard], loss: float, seed: int, seconds: int) -> Iterator[int]:

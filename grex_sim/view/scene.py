@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from grex_agent.capabilities import state_form
-from grex_agent.mission import TeamPlan, range_max_m
+from grex_agent.medium_access import medium_access
+from grex_agent.mission import TeamPlan
 from grex_link.config import Scenario
 from grex_link.errors import GrexError
-from grex_link.mac import plan_mac
 from grex_link.profile import load_profile
 from grex_link.tdma import Schedule
 from grex_link.units import NS
@@ -44,8 +44,7 @@ def _medium_access(scenario: Scenario, plan: TeamPlan) -> dict[str, Any]:
     """Say who may speak when; where nobody has a slot of his own, only how it is decided."""
     try:
         profile = load_profile(scenario.link.profile)
-        planned_m = 0.0 if profile.one_speaker_at_a_time else range_max_m(plan)
-        mac = plan_mac(scenario, planned_m, BYTES[state_form(scenario, profile)])
+        mac = medium_access(scenario, plan, profile, BYTES[state_form(scenario, profile)])
     except GrexError:  # a modem whose profile is on another machine: no wheel is better than no page
         return {"access": "unknown", "cycle_s": None, "slots": []}
     if not isinstance(mac, Schedule):
