@@ -162,7 +162,8 @@ def test_the_payload_is_the_own_state():
     own = fix(40, 17.3, -24.2, down_m=8.04, heading_rad=0.5, speed_mps=0.9, sigma_m=0.15)
     (request,), _, _ = step(core, 40, own)
     told = wire.unpack(request.payload, 40.0)
-    assert (told.source, told.track, told.flags) == (1, 0, wire.NAVIGATION_VALID)
+    assert (told.source, told.track) == (1, 0)
+    assert told.flags == wire.NAVIGATION_VALID | 0b111111 << wire.HEARD_SHIFT  # nothing heard of either mate yet
     assert told.t_s == pytest.approx(40.0, abs=1e-9)
     assert (told.north_m, told.east_m) == pytest.approx((17.3, -24.2), abs=0.0625)
     assert told.depth_m == pytest.approx(8.04, abs=0.05)
