@@ -87,12 +87,12 @@ def coordinate(scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemPro
 def _acknowledgements(
     scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemProfile, form: Form
 ) -> Acknowledgements | None:
-    """Say what has been heard, where the form and the size of the team leave room for it."""
+    """Say which messages are missing, where the form and the size of the team leave room for it."""
     if form != "full" or craft not in plan.craft:
         return None
     interval_s = medium_access(scenario, plan, profile, BYTES[form]).interval_ns / NS
     acknowledgements = Acknowledgements(craft, list(plan.craft), interval_s)
-    return acknowledgements if acknowledgements.told else None
+    return acknowledgements if acknowledgements.intervals else None
 
 
 def _by_reference(scenario: Scenario, craft: str, plan: TeamPlan, profile: ModemProfile) -> Coordination:

@@ -16,7 +16,7 @@ track      8     8      8     number of the present track
 theta      12    12     12    degree of execution of that track (eq. 1), 1/4095
 sigma      5                  class c: at most 0.1 m · 2^(c/2)
 flags      8                  bit 0: navigation valid; bit 1: on a task of its own, not to be waited for;
-                              bits 2–7: how old the newest message heard of each mate is, see
+                              bits 2–7: which messages of the mates are missing, see
                               `grex_agent.team.acknowledgement`
 =========  ====  =====  ====  ==================================================================
 

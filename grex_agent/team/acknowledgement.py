@@ -1,9 +1,9 @@
-"""Which messages have been heard: every full team state says, of each mate, how old the newest word of it is.
+"""Which messages have been heard: every full team state says, of each mate, which of its latest ones are missing.
 
 "I sent it" is not "they have it" (team-navigation, §3). What room the flags of the full form have is divided among the
-mates. Of each one it says how many whole intervals ago, at the time of this state, the newest of its messages that has
-been heard was valid; the greatest number stands for all that is older, and for none. The mate knows when its messages
-were valid, and so which of them is meant. Zero is what is said by who says nothing of it: that the last one was heard.
+mates. Each bit of a mate stands for an interval: the first for messages that were valid less than one interval before
+this state, the second for those of the interval before, and so on. It is set if none of that interval has been heard.
+The mate knows when its messages were valid, and so which of them is meant; where it has said nothing, nothing is missing.
 
 Of one mate there are six bits, of two three each, of three two, of up to six one. In a team of more than seven there is
 no room, and whatever has left is taken to have been heard.
@@ -23,7 +23,7 @@ _ROUNDING = 1e-6
 
 
 class Acknowledgements:
-    """Says what has been heard, and reads what the mates say.
+    """Says what is missing, and reads what the mates say.
 
     Parameters
     ----------
@@ -33,40 +33,45 @@ class Acknowledgements:
         The formation, in its order.
     interval_s : float
         Mean time between two openings of a craft.
+
+    Attributes
+    ----------
+    intervals : int
+        How many of them are told of each mate; 0 if there is no room.
     """
 
     def __init__(self, craft: str, team: Sequence[str], interval_s: float) -> None:
         self._craft = craft
         self._mates_of = {speaker: [mate for mate in team if mate != speaker] for speaker in team}
         self._interval_s = interval_s
-        self._bits = HEARD_BITS // max(len(team) - 1, 1)
-        self.oldest = (1 << self._bits) - 1
-        self._newest_s: dict[str, float] = {}
-
-    @property
-    def told(self) -> bool:
-        """Whether there is room for it in a message."""
-        return self._bits > 0
+        self.intervals = HEARD_BITS // max(len(team) - 1, 1)
+        self._heard_s: dict[str, list[float]] = {}
 
     def hear(self, craft: str, t_s: float) -> None:
         """Note that a message has been heard which was valid at a time."""
-        self._newest_s[craft] = max(self._newest_s.get(craft, -math.inf), t_s)
+        heard_s = self._heard_s.setdefault(craft, [])
+        heard_s.append(t_s)
+        oldest_s = max(heard_s) - self.intervals * self._interval_s
+        heard_s[:] = [each for each in heard_s if each > oldest_s]
 
     def flags(self, now_s: float) -> int:
-        """Say what has been heard, in the flags of a state that is valid now."""
+        """Say what is missing, in the flags of a state that is valid now."""
         # The mates read the time as it is rounded on the air.
         said_s = round(now_s / TIME_STEP_S) * TIME_STEP_S
         flags = 0
         for place, mate in enumerate(self._mates_of[self._craft]):
-            newest_s = self._newest_s.get(mate)
-            age = self.oldest if newest_s is None else min(self.age(newest_s, said_s), self.oldest)
-            flags |= age << place * self._bits
+            ages = {self.age(t_s, said_s) for t_s in self._heard_s.get(mate, ())}
+            for age in range(self.intervals):
+                flags |= (age not in ages) << place * self.intervals + age
         return flags << HEARD_SHIFT
 
-    def read(self, report: Report) -> int:
-        """Read how old the newest of the own messages is that a mate has heard; `oldest`: or older, or none."""
+    def missing(self, report: Report, t_s: float) -> bool | None:
+        """Read whether a mate misses an own message that was valid at a time; None if it does not say."""
+        age = self.age(t_s, report.state.t_s)
+        if age >= self.intervals:
+            return None
         place = self._mates_of[report.craft].index(self._craft)
-        return report.state.flags >> HEARD_SHIFT + place * self._bits & self.oldest
+        return bool(report.state.flags >> HEARD_SHIFT + place * self.intervals + age & 1)
 
     def age(self, t_s: float, now_s: float) -> int:
         """Count the whole intervals from one time to another."""
@@ -117,18 +122,13 @@ class SentMessages:
         mate, state = report
         if state.form != "full":
             return []
-        newest = self._acknowledgements.read(report)
         news = []
         for sent in self._sent:
             before = sent.heard_by.get(mate)
-            if before or sent.left_s > state.t_s:
+            missing = self._acknowledgements.missing(report, sent.message.t_s)
+            if before or missing is None or sent.left_s > state.t_s:
                 continue
-            age = self._acknowledgements.age(sent.message.t_s, state.t_s)
-            if age < newest and before is None:
-                sent.heard_by[mate] = False
-                news.append(News(sent.message, heard=False))
-            elif age == newest < self._acknowledgements.oldest:
-                sent.heard_by[mate] = True
-                if before is False:
-                    news.append(News(sent.message, heard=True))
+            heard = sent.heard_by[mate] = not missing
+            if heard is (before is False):  # it was taken to be heard, as long as nothing was known
+                news.append(News(sent.message, heard))
         return news

@@ -101,6 +101,7 @@ def test_heard_after_all():
     nothing = Acknowledgements("auv2", list(TEAM), float(CYCLE_S))
     mate = Acknowledgements("auv2", list(TEAM), float(CYCLE_S))
     mate.hear("auv1", 2.0)
+    assert mate.flags(5.0) != nothing.flags(5.0)
     for now in range(30):
         own = Own(now, 0.0, now / 30.5)
         sent = [said("auv1", 2.0, 1.4)] if now == 2 else []

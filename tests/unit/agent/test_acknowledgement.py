@@ -1,4 +1,4 @@
-"""What a craft says it has heard, and what a mate makes of that."""
+"""What a craft says it is missing, and what a mate makes of that."""
 
 import pytest
 from hypothesis import given
@@ -29,34 +29,34 @@ def answer(of_mate, t_s):
 
 @given(
     size=st.integers(2, 7),
-    ages=st.lists(st.one_of(st.none(), st.floats(0.0, 500.0)), min_size=7, max_size=7),
-    now_s=st.floats(500.0, 3000.0),
+    ages=st.lists(st.lists(st.integers(0, 10_000), max_size=8), min_size=6, max_size=6),
+    now=st.integers(10_000, 60_000),
 )
-def test_every_mate_reads_its_own_age(size, ages, now_s):
-    """In teams of two to seven each mate reads how many cycles old its newest message is, up to what fits."""
+def test_every_mate_reads_what_is_missing_of_it(size, ages, now):
+    """In teams of two to seven each mate reads for each of the latest intervals whether its message is missing."""
     team = [f"auv{n}" for n in range(size)]
     speaker = Acknowledgements("auv0", team, CYCLE_S)
-    now_s = round(now_s / wire.TIME_STEP_S) * wire.TIME_STEP_S
-    heard_s = {}
-    for mate, age in zip(team[1:], ages, strict=False):
-        if age is not None:
-            heard_s[mate] = round((now_s - age) / wire.TIME_STEP_S) * wire.TIME_STEP_S
-            speaker.hear(mate, heard_s[mate])
-    told = on_air(state(0, now_s, wire.NAVIGATION_VALID | speaker.flags(now_s)))
-    assert told.flags & wire.NAVIGATION_VALID
-    assert not told.flags & wire.ON_TASK
-    for mate in team[1:]:
+    now_s = now * wire.TIME_STEP_S
+    for mate, of_mate in zip(team[1:], ages, strict=False):
+        for age in sorted(of_mate, reverse=True):
+            speaker.hear(mate, (now - age) * wire.TIME_STEP_S)
+    told = Report("auv0", on_air(state(0, now_s, wire.NAVIGATION_VALID | speaker.flags(now_s))))
+    assert told.state.flags & wire.NAVIGATION_VALID
+    assert not told.state.flags & wire.ON_TASK
+    for mate, of_mate in zip(team[1:], ages, strict=False):
         reader = Acknowledgements(mate, team, CYCLE_S)
-        assert reader.oldest == (1 << 6 // (size - 1)) - 1
-        expected = reader.oldest if mate not in heard_s else reader.age(heard_s[mate], now_s)
-        assert reader.read(Report("auv0", told)) == min(expected, reader.oldest)
+        assert reader.intervals == 6 // (size - 1)
+        heard = {reader.age((now - age) * wire.TIME_STEP_S, now_s) for age in of_mate}
+        for interval in range(reader.intervals):
+            assert reader.missing(told, now_s - (interval + 0.5) * CYCLE_S) is (interval not in heard)
+        assert reader.missing(told, now_s - (reader.intervals + 0.5) * CYCLE_S) is None
 
 
 def test_no_room_in_a_team_of_eight():
     """Where there is no bit for each mate, nothing is told."""
     eight = Acknowledgements("auv0", [f"auv{n}" for n in range(8)], CYCLE_S)
     eight.hear("auv3", 10.0)
-    assert not eight.told
+    assert not eight.intervals
     assert eight.flags(20.0) == 0
 
 
@@ -69,44 +69,47 @@ def sent():
     return messages
 
 
-def test_the_newest_that_was_heard_is_no_news(sent):
-    """Who has the last message has what it was taken to have."""
-    mate = Acknowledgements("auv2", TEAM, CYCLE_S)
-    mate.hear("auv1", 60.0)
-    assert sent.learn(answer(mate, 70.0)) == []
+def mate_that_heard(*times_s, craft="auv2"):
+    """A mate that has heard the own messages of some times."""
+    mate = Acknowledgements(craft, TEAM, CYCLE_S)
+    for t_s in times_s:
+        mate.hear("auv1", t_s)
+    return mate
 
 
-def test_what_is_newer_than_the_newest_was_missed(sent):
-    """Who has the first message only lacks the two later ones; that is news once, and of that mate alone."""
-    mate, other = (Acknowledgements(craft, TEAM, CYCLE_S) for craft in TEAM[1:])
-    mate.hear("auv1", 0.0)
-    other.hear("auv1", 60.0)
-    assert [(news.message.t_s, news.heard) for news in sent.learn(answer(mate, 70.0))] == [(30.0, False), (60.0, False)]
-    assert sent.learn(answer(mate, 75.0)) == []
-    assert sent.learn(Report("auv3", on_air(state(2, 80.0, 1 | other.flags(80.0))))) == []
+def found(news):
+    """What there is of news: of which messages, and whether heard."""
+    return [(each.message.t_s, each.heard) for each in news]
+
+
+def test_what_was_heard_is_no_news(sent):
+    """Who has all messages has what it was taken to have."""
+    assert sent.learn(answer(mate_that_heard(0.0, 30.0, 60.0), 70.0)) == []
+
+
+def test_what_is_missing_is_news_once(sent):
+    """Each message that is missing is named once, whatever of later ones has been heard, and of that mate alone."""
+    assert found(sent.learn(answer(mate_that_heard(30.0), 70.0))) == [(0.0, False), (60.0, False)]
+    assert sent.learn(answer(mate_that_heard(30.0), 75.0)) == []
+    others = mate_that_heard(0.0, 30.0, 60.0, craft="auv3")
+    assert sent.learn(Report("auv3", on_air(state(2, 80.0, 1 | others.flags(80.0))))) == []
 
 
 def test_nothing_heard_yet(sent):
-    """Who has heard nothing lacks all that is newer than the oldest age that can be told."""
-    assert [news.message.t_s for news in sent.learn(answer(Acknowledgements("auv2", TEAM, CYCLE_S), 70.0))] == [
-        0.0,
-        30.0,
-        60.0,
-    ]
+    """Who has heard nothing lacks all the messages for which there is a bit: three in a team of three."""
+    sent.leave(state(0, 90.0), 100.0)
+    assert found(sent.learn(answer(mate_that_heard(), 110.0))) == [(30.0, False), (60.0, False), (90.0, False)]
 
 
 def test_what_was_on_its_way_is_not_missed(sent):
-    """A message that left after the mate spoke says nothing; one that came in after it spoke is had after all."""
-    mate = Acknowledgements("auv2", TEAM, CYCLE_S)
-    mate.hear("auv1", 30.0)
+    """A message that left after the mate spoke is not missed; one that came in after it spoke is had after all."""
+    mate = mate_that_heard(0.0, 30.0)
     assert sent.learn(answer(mate, 65.0)) == []
-    assert [news.heard for news in sent.learn(answer(mate, 70.0))] == [False]
+    assert found(sent.learn(answer(mate, 70.0))) == [(60.0, False)]
     mate.hear("auv1", 60.0)
-    assert [(news.message.t_s, news.heard) for news in sent.learn(answer(mate, 80.0))] == [(60.0, True)]
+    assert found(sent.learn(answer(mate, 80.0))) == [(60.0, True)]
     # An answer of before that comes late changes nothing: what the mate has it has.
-    late = Acknowledgements("auv2", TEAM, CYCLE_S)
-    late.hear("auv1", 30.0)
-    assert sent.learn(answer(late, 72.0)) == []
+    assert sent.learn(answer(mate_that_heard(0.0, 30.0), 72.0)) == []
 
 
 def test_a_form_without_flags_says_nothing(sent):
@@ -119,5 +122,5 @@ def test_old_messages_are_forgotten():
     messages = SentMessages(Acknowledgements("auv1", ["auv1", "auv2"], CYCLE_S), 40.0)
     messages.leave(state(0, 0.0), 10.0)
     messages.leave(state(0, 60.0), 70.0)
-    report = Report("auv2", on_air(state(1, 80.0, 1 | Acknowledgements("auv2", ["auv1", "auv2"], CYCLE_S).flags(80.0))))
-    assert [news.message.t_s for news in messages.learn(report)] == [60.0]
+    nothing = Acknowledgements("auv2", ["auv1", "auv2"], CYCLE_S).flags(80.0)
+    assert found(messages.learn(Report("auv2", on_air(state(1, 80.0, 1 | nothing))))) == [(60.0, False)]
