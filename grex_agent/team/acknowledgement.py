@@ -3,7 +3,7 @@
 "I sent it" is not "they have it" (team-navigation, §3). What room the flags of the full form have is divided among the
 mates. Each bit of a mate stands for an interval: the first for messages that were valid less than one interval before
 this state, the second for those of the interval before, and so on. It is set if none of that interval has been heard.
-The mate knows when its messages were valid, and so which of them is meant; where it has said nothing, nothing is missing.
+The mate knows when its messages were valid, and so which of them is meant; of an interval without any it makes nothing.
 
 Of one mate there are six bits, of two three each, of three two, of up to six one. In a team of more than seven there is
 no room, and whatever has left is taken to have been heard.

@@ -95,7 +95,7 @@ def _consistency() -> Iterator[Row]:
             band = InBand(2 * RUNS if estimator == "own_filter" else RUNS)
             yield Row(f"nees_{estimator}_loss{100 * loss:.0f}", about, nees(Consistency(estimator, loss)), band)
     for estimator in ("second_level", "along_track_first", "along_track"):
-        for loss in (0.0, 0.5):
+        for loss in (0.0, 0.3, 0.5):
             about = f"NEES of {estimator} at K 8, {100 * loss:.0f} % of messages lost"
             yield Row(f"nees_{estimator}_stiff_loss{100 * loss:.0f}", about, nees(Consistency(estimator, loss, 8.0)))
 
