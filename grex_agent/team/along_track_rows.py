@@ -14,15 +14,14 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from itertools import islice, pairwise
 from operator import attrgetter
-from typing import NamedTuple
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
 
 from grex_agent.coordination import SpeedController, TeamSpeeds
 from grex_agent.gaussian import Gaussian
 from grex_agent.mission import CraftPlan
+from grex_agent.team.along_track_step import SAME_TIME_S, Others, Said, Step, packed, unpacked
 from grex_agent.team.path_length import Located, PathLengths
 from grex_agent.team.speed_model import SpeedModel
 from grex_link.wire import TeamState
@@ -31,85 +30,11 @@ Array = npt.NDArray[np.float64]
 #: What a message does to the state of its row.
 Update = Callable[[Gaussian, TeamState], Gaussian]
 
-_SAME_TIME_S = 1e-6
 #: Step of progress over which the law is differentiated.
 _NUDGE = 1e-3
 _HERE_AND_FURTHER = np.array([[0.0], [_NUDGE]])
 #: Where the variances of s, v and β are in a column of `Step.x`.
 _SS, _VV, _BB = 3, 7, 11
-
-
-class Others(NamedTuple):
-    """How far everybody was when a step was done."""
-
-    mates: Array
-    """Progress of the mates, shape (m,)."""
-    own: Array
-    """Progress of oneself as each mate thinks, shape (m,)."""
-    rows: int
-    """How many rows there are."""
-
-    def sums(self) -> Array:
-        """Sum of the progress of its others, of each row; shape (n,)."""
-        count = len(self.mates)
-        sums = np.full(self.rows, np.add.reduce(self.mates))
-        sums[:count] += self.own - self.mates
-        return sums
-
-    def of(self, row: int) -> list[float]:
-        """Progress of the others of a row, one by one."""
-        mates: list[float] = self.mates.tolist()
-        if row >= len(mates):
-            return mates
-        return [float(self.own[row]), *mates[:row], *mates[row + 1 :]]
-
-    def put(self, mate: int, progress: float, own: float) -> "Others":
-        """Say anew how far a mate is, and how far oneself is as it thinks."""
-        mates, of_own = self.mates.copy(), self.own.copy()
-        mates[mate], of_own[mate] = progress, own
-        return Others(mates, of_own, self.rows)
-
-
-class Said(msgspec.Struct):
-    """A message at its place in the history of its row."""
-
-    t_s: float
-    message: TeamState
-    prior: Gaussian
-    """State before it, once it has been worked in."""
-
-
-class Step(msgspec.Struct):
-    """All rows at one time, after what was said of that time."""
-
-    t_s: float
-    x: Array
-    """Shape (12, n): s, v, β of each row, and their covariance, line by line."""
-    others: Others | None = None
-    """None before anybody was driven: then each goes at planned speed."""
-    said: dict[int, list[Said]] = {}
-    """For a row what it said of this time and of times before the next step, in order."""
-
-    def row(self, row: int) -> Gaussian:
-        """State of a row."""
-        return _unpacked(self.x[:, row])
-
-    def put(self, row: int, state: Gaussian) -> None:
-        """Replace the state of a row."""
-        self.x[:, row] = _packed(state)
-
-
-def _says(step: Step, row: int, message: TeamState) -> bool:
-    """Whether a message of a row is among those said at a step."""
-    return any(said.message.t_s == message.t_s for said in step.said.get(row, ()))
-
-
-def _packed(state: Gaussian) -> Array:
-    return np.concatenate((state.mean, state.covariance.ravel()))
-
-
-def _unpacked(column: Array) -> Gaussian:
-    return Gaussian(tuple(column[:3].tolist()), column[3:].reshape(3, 3).copy())
 
 
 class AlongTrackRows:
@@ -191,12 +116,12 @@ class AlongTrackRows:
         A prediction that was made in advance, for a later time than it turns out to be, is taken back.
         """
         history = self._history
-        while history[-1].t_s > now_s + _SAME_TIME_S and len(history) > 1:
+        while history[-1].t_s > now_s + SAME_TIME_S and len(history) > 1:
             history.pop()
             self._located = None
         while now_s - history[-1].t_s > 1.5 * self._tick_s:
             self._append(history[-1].t_s + self._tick_s)
-        if now_s - history[-1].t_s > _SAME_TIME_S:
+        if now_s - history[-1].t_s > SAME_TIME_S:
             self._append(now_s)
         while now_s - history[0].t_s > self._memory_s:
             history.popleft()
@@ -224,9 +149,7 @@ class AlongTrackRows:
         index = self._place_for(message.t_s)
         if index is None:
             return False
-        step = self._history[index]
-        newest = index == len(self._history) - 1
-        self._put_in(step, row, message, step.t_s if newest else message.t_s)
+        self._put_in(index, row, message)
         self._recalculate(index, row)
         self._located = None
         return True
@@ -247,14 +170,14 @@ class AlongTrackRows:
             Whether it has been heard.
         """
         history = self._history
-        index = next((i for i in reversed(range(len(history))) if _says(history[i], own, message)), None)
+        index = next((i for i in reversed(range(len(history))) if history[i].says(own, message)), None)
         if heard and index is None:
             index = self._place_for(message.t_s)
             if index is not None:
-                self._put_in(history[index], own, message, message.t_s)
+                self._put_in(index, own, message)
         if index is None:  # too long ago
             return
-        states = {row: self._before(history[index], row) for row in (own, mate)}
+        states = {row: history[index].before(row) for row in (own, mate)}
         if not heard:
             said = [each for each in history[index].said[own] if each.message.t_s != message.t_s]
             history[index].said[own] = said
@@ -275,9 +198,9 @@ class AlongTrackRows:
         self._located = None
 
     def _predict_row(self, row: int, state: Gaussian, others: Others | None, dt: float) -> Gaussian:
-        x = _packed(state)[:, None]
+        x = packed(state)[:, None]
         located = self._paths.locate_row(row, state.mean[0])
-        return _unpacked(self._predict(x, self._one_by_one([row], located, others), dt, located)[:, 0])
+        return unpacked(self._predict(x, self._one_by_one([row], located, others), dt, located)[:, 0])
 
     def _predict(self, x: Array, orders: Array, dt: float, located: Located) -> Array:
         """Predict some rows over `dt` seconds: the new mean by the model, its covariance by J P Jᵀ + Q.
@@ -329,17 +252,19 @@ class AlongTrackRows:
         """Index of the last step that is not after a time."""
         history = self._history
         index = len(history) - 1
-        while index >= 0 and history[index].t_s > t_s + _SAME_TIME_S:
+        while index >= 0 and history[index].t_s > t_s + SAME_TIME_S:
             index -= 1
         if index < 0 or t_s > history[-1].t_s + self._tick_s:
             return None
         return index
 
-    def _put_in(self, step: Step, row: int, message: TeamState, t_s: float) -> None:
+    def _put_in(self, index: int, row: int, message: TeamState) -> None:
         """Put a message among those said between a step and the next; it takes the place of one of the same time."""
+        step = self._history[index]
+        t_s = step.t_s if index == len(self._history) - 1 else message.t_s
         said = step.said.setdefault(row, [])
         for other in said:
-            if abs(other.t_s - t_s) <= _SAME_TIME_S:
+            if abs(other.t_s - t_s) <= SAME_TIME_S:
                 other.message = message
                 return
         said.append(Said(t_s, message, step.row(row)))
@@ -348,7 +273,7 @@ class AlongTrackRows:
     def _recalculate(self, index: int, row: int) -> None:
         """Go through the history of a row from a step on, with every message at its place."""
         entries = list(islice(self._history, index, None))
-        state = self._at(entries[0], row, self._before(entries[0], row))
+        state = self._at(entries[0], row, entries[0].before(row))
         for entry, following in pairwise(entries):
             state, t_s = self._between(entry, row, state)
             state = self._predict_row(row, state, entry.others, following.t_s - t_s)
@@ -369,15 +294,10 @@ class AlongTrackRows:
         for row, state in states.items():
             self._at(entries[-1], row, state)
 
-    def _before(self, step: Step, row: int) -> Gaussian:
-        """State of a row at the time of a step, before what was said of that time."""
-        first = next(iter(step.said.get(row, ())), None)
-        return step.row(row) if first is None or first.t_s > step.t_s + _SAME_TIME_S else first.prior
-
     def _at(self, step: Step, row: int, state: Gaussian) -> Gaussian:
         """Work in what was said of the time of a step, and note the state."""
         for said in step.said.get(row, ()):
-            if said.t_s <= step.t_s + _SAME_TIME_S:
+            if said.t_s <= step.t_s + SAME_TIME_S:
                 said.prior = state
                 state = self._updates[row](state, said.message)
         step.put(row, state)
@@ -387,7 +307,7 @@ class AlongTrackRows:
         """Work in what was said of times after a step; return the state, and the time it has come to."""
         t_s = step.t_s
         for said in step.said.get(row, ()):
-            if said.t_s > step.t_s + _SAME_TIME_S:
+            if said.t_s > step.t_s + SAME_TIME_S:
                 said.prior = self._predict_row(row, state, step.others, said.t_s - t_s)
                 state, t_s = self._updates[row](said.prior, said.message), said.t_s
         return state, t_s
