@@ -15,7 +15,8 @@ import numpy as np
 
 from grex_agent.gaussian import Gaussian, Matrix, propagate, update, update_along
 from grex_agent.mission import CraftPlan
-from grex_agent.range_update import Gate, Range, surprise, with_free_offset, work_in
+from grex_agent.range_gate import Gate
+from grex_agent.range_update import Range, surprise, with_free_offset, work_in
 from grex_agent.team.path_length import PathLength
 from grex_link.config import SpeedModelConfig
 from grex_link.messages import MateBelief, PlaceBelief
@@ -85,7 +86,7 @@ class Watch:
         north, east, down = self._base.place_ned_m
         here = heard._replace(north_m=north, east_m=east, down_m=down, sigma_m=0.0)
         seen = surprise(x, here, self._told.depth_m, self._ranging.sigma_m)
-        verdict = self._gate.judge(seen.squared)
+        verdict = self._gate.judge(heard.craft, heard.there_s, seen.squared)
         if verdict == "outlier":
             return False
         if verdict == "wrong":
