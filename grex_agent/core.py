@@ -165,7 +165,7 @@ class AgentCore:
         taut = task is None and self._own is not None and self._cable.taut(self._own, self._beliefs)
         health += ["cable_taut"] if taut else []
         yield from self._speak(now_ns, health, lost=lost)
-        setpoint = self._navigation.corrected(self._setpoint(tick, now_ns, ordered, task, hold=lost or taut))
+        setpoint = self._navigation.corrected(self._setpoint(tick, now_ns, ordered, task, hold=lost or taut), health)
         yield "setpoint", setpoint
         self._navigation.ordered(setpoint)
         yield "state", self._state(tick, now_ns, ordered, mates, health)

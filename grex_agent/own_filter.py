@@ -19,7 +19,8 @@ import numpy as np
 
 from grex_agent.gaussian import Gaussian, Matrix, propagate, update, update_along
 from grex_agent.path import wrap
-from grex_agent.range_update import Gate, Range, Surprise, surprise, with_free_offset, work_in
+from grex_agent.range_gate import Gate
+from grex_agent.range_update import Range, Surprise, surprise, with_free_offset, work_in
 from grex_agent.team.speed_model import SpeedModel
 from grex_link.config import OwnFilterConfig, SpeedModelConfig
 from grex_link.messages import Fix
@@ -133,8 +134,8 @@ class OwnFilter:
     def hear_range(self, heard: Range) -> bool:
         """Work in a range at its time; False if it is an outlier, or too old.
 
-        Outliers are left out, but when there have been several in a row it is the own position that is wrong: then the
-        offset of the navigation is set free by as much.
+        Outliers are left out. When all mates disagree it is the own position that is wrong (`Gate`): then the offset of
+        the navigation is set free by as much.
         """
         place = next((i for i, step in enumerate(reversed(self._history)) if step.t_s <= heard.t_s), None)
         if place is None:
@@ -142,7 +143,7 @@ class OwnFilter:
         index = len(self._history) - 1 - place
         step = self._history[index]
         seen = self._surprise(step, step.after, heard)
-        verdict = self._gate.judge(seen.squared)
+        verdict = self._gate.judge(heard.craft, heard.t_s, seen.squared)
         if verdict == "outlier":
             return False
         step.ranges.append((heard, verdict == "wrong"))

@@ -12,6 +12,9 @@ from grex_agent.range_update import Range
 from grex_link.config import Scenario
 from grex_link.messages import Fix, PlaceBelief, Setpoint
 
+#: What the limits take of an order is told if it is more: less is the noise of the estimate at a limit.
+_LIMITED_MPS = 0.01
+
 
 class OwnNavigation:
     """The own fixes of one craft, filtered if the scenario says so.
@@ -58,12 +61,13 @@ class OwnNavigation:
             return 0.0
         return min(max(self._filter.state[3], -self._bias_max), self._bias_max)
 
-    def corrected(self, setpoint: Setpoint) -> Setpoint:
+    def corrected(self, setpoint: Setpoint, health: list[str]) -> Setpoint:
         """Correct an order for what the frontseat does not know: the rest of the current, and the own speed error.
 
         w = (order - estimated current) / (1 + β), order' = w + known current. The frontseat makes w of order' by taking
         the known current away, and the actuator makes (1 + β)·w of that. What comes out is limited to the speeds a
-        controller may order, so that an estimate that has gone astray cannot run away with the craft.
+        controller may order, so that an estimate that has gone astray cannot run away with the craft; then the craft
+        does not make the speed and course that were wanted, and `health` says ``speed_limited``.
         """
         if self._filter is None or setpoint.mode == "hold" or setpoint.speed_mps == 0.0:
             return setpoint
@@ -71,7 +75,10 @@ class OwnNavigation:
         cos, sin = math.cos(setpoint.course_rad), math.sin(setpoint.course_rad)
         north = gain * (setpoint.speed_mps * cos - estimated[0]) + known[0]
         east = gain * (setpoint.speed_mps * sin - estimated[1]) + known[1]
-        speed = min(max(math.hypot(north, east), self._speed_min_mps), self._speed_max_mps)
+        wanted = math.hypot(north, east)
+        speed = min(max(wanted, self._speed_min_mps), self._speed_max_mps)
+        if abs(wanted - speed) > _LIMITED_MPS and "speed_limited" not in health:
+            health.append("speed_limited")
         return msgspec.structs.replace(setpoint, course_rad=wrap(math.atan2(east, north)), speed_mps=speed)
 
     def hear_ranges(self, ranges: Sequence[Range]) -> list[str]:

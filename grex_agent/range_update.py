@@ -1,4 +1,4 @@
-"""What a measured range says of a position: the second-order Kalman update, and whether it can be true.
+"""What a measured range says of a position: the second-order Kalman update.
 
 With d the vector from the other end, r̂ = |d| the range expected and u = d/r̂ horizontally, the expected range is
 r̂ + ½·tr(H·P), its variance uᵀP u + ½·tr(H·P·H·P) + R, where P is the covariance of the horizontal position and
@@ -8,7 +8,7 @@ that of its horizontal position, taken to be the same in all directions.
 """
 
 import math
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from grex_agent.gaussian import Gaussian, update_along
 _NORTH, _EAST = 0, 1
 #: Two modems are never nearer: keeps the line of sight defined.
 _NEAREST_M = 0.1
-#: So many outliers in a row are none.
-_WRONG_AFTER = 5
 
 
 class Range(NamedTuple):
@@ -70,31 +68,6 @@ class Surprise(NamedTuple):
     def squared(self) -> float:
         """Square of the innovation over its variance: χ² with one degree of freedom if all is well."""
         return self.innovation_m**2 / self.variance_m2
-
-
-class Gate:
-    """Tells outliers from a position that is wrong: several outliers in a row are none.
-
-    Parameters
-    ----------
-    limit : float
-        Greatest squared surprise of a good range.
-    """
-
-    def __init__(self, limit: float) -> None:
-        self._limit = limit
-        self._outliers = 0
-
-    def judge(self, squared: float) -> Literal["good", "outlier", "wrong"]:
-        """Judge a range by its squared surprise: use it, leave it out, or set the position free and use it."""
-        if squared <= self._limit:
-            self._outliers = 0
-            return "good"
-        self._outliers += 1
-        if self._outliers < _WRONG_AFTER:
-            return "outlier"
-        self._outliers = 0
-        return "wrong"
 
 
 def surprise(

@@ -57,7 +57,8 @@ class Ranging:
         mate = event.source
         if mate not in self._paths:
             return
-        if not state.flags & NAVIGATION_VALID or state.flags & ON_TASK:
+        astray = state.flags & ON_TASK and self._place is None  # a base asks how far it is, wherever that may be
+        if not state.flags & NAVIGATION_VALID or astray:
             self._told.pop(mate, None)  # where it was before says no more where it is
             return
         if mate not in self._told or state.t_s >= self._told[mate].t_s:

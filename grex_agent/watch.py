@@ -7,6 +7,10 @@ because the error of a navigation stays for a while: that a hundred messages say
 message measures position plus b, and the velocity; a range measures the position alone. The filter stands at the time
 of the newest measurement and is carried on from there for every belief, so that nothing has to be done twice: what one
 craft says comes in the order of its time. What does not is left out.
+
+A craft that says it is on a task of its own is not on its plan, and neither is one that comes back from there and heads
+elsewhere yet. It is carried on along the heading it tells, with the noise of one that turns when it likes; on a task
+its progress stands still.
 """
 
 import math
@@ -15,17 +19,23 @@ import numpy as np
 
 from grex_agent.gaussian import Gaussian, Matrix, propagate, update, update_along
 from grex_agent.mission import CraftPlan
-from grex_agent.range_update import Gate, Range, surprise, with_free_offset, work_in
+from grex_agent.path import wrap
+from grex_agent.range_gate import Gate
+from grex_agent.range_update import Range, surprise, with_free_offset, work_in
 from grex_agent.team.path_length import PathLength
 from grex_link.config import SpeedModelConfig
 from grex_link.messages import MateBelief, PlaceBelief
 from grex_link.ranging_config import BaseConfig, RangingConfig
-from grex_link.wire import NAVIGATION_VALID, TeamState
+from grex_link.wire import NAVIGATION_VALID, ON_TASK, TeamState
 
 _NORTH, _EAST, _V_NORTH, _V_EAST, _OFF_NORTH, _OFF_EAST = range(6)
 #: Noise of a velocity told: that of a moment, as steps of speed and heading.
 _TOLD_SIGMA_MPS = 0.05
 _STEP_S = 1.0
+#: What the velocity of a craft off its plan changes by over a second, as a share of the planned speed: it may turn.
+_ASTRAY = 0.2
+#: Who heads so far from the course of its plan is not on it, rad; a crab angle is less.
+_ELSEWHERE_RAD = 0.5
 
 
 class Watch:
@@ -53,6 +63,7 @@ class Watch:
         #: Change of speed that the plan has ordered and the craft has not made yet, m/s.
         self._pending_mps = 0.0
         self._told: TeamState | None = None
+        self._astray = False
         self._gate = Gate(ranging.gate)
 
     def hear(self, state: TeamState) -> None:
@@ -62,13 +73,15 @@ class Watch:
         velocity = state.speed_mps * math.cos(state.heading_rad), state.speed_mps * math.sin(state.heading_rad)
         if self._x is not None and state.t_s < self._time_s:
             return
+        astray = self._is_astray(state)
         if self._x is None:
-            self._told = state
+            self._told, self._astray = state, astray
             self._begin(state, velocity)
             return
         x, pending = self._at(self._x, state.t_s)
-        self._pending_mps = pending + self._track_change(state, x)
-        self._told = state
+        # Off the plan a craft has a speed of its own.
+        self._pending_mps = 0.0 if self._astray or astray else pending + self._track_change(state, x)
+        self._told, self._astray = state, astray
         for axis, off, told in ((_NORTH, _OFF_NORTH, state.north_m), (_EAST, _OFF_EAST, state.east_m)):
             row = np.zeros(6)
             row[axis] = row[off] = 1.0
@@ -85,7 +98,7 @@ class Watch:
         north, east, down = self._base.place_ned_m
         here = heard._replace(north_m=north, east_m=east, down_m=down, sigma_m=0.0)
         seen = surprise(x, here, self._told.depth_m, self._ranging.sigma_m)
-        verdict = self._gate.judge(seen.squared)
+        verdict = self._gate.judge(heard.craft, heard.there_s, seen.squared)
         if verdict == "outlier":
             return False
         if verdict == "wrong":
@@ -118,11 +131,19 @@ class Watch:
         self._x = Gaussian((state.north_m, state.east_m, *velocity, 0.0, 0.0), covariance)
         self._time_s = state.t_s
 
+    def _is_astray(self, state: TeamState) -> bool:
+        """Whether the craft is not on its plan: it says so, or heads elsewhere."""
+        track = self._path.tracks[min(state.track, len(self._path.tracks) - 1)]
+        course = track.locate(*track.point(state.theta)).course_rad
+        return bool(state.flags & ON_TASK) or abs(wrap(state.heading_rad - course)) > _ELSEWHERE_RAD
+
     def _distance_m(self, t_s: float) -> float:
         """How far along its plan the craft has come, from what it has told; a new track has another speed."""
         if self._told is None:
             return 0.0
         distance_m, _ = self._path.told(self._told)
+        if self._told.flags & ON_TASK:
+            return distance_m
         left_s, planned = max(t_s - self._told.t_s, 0.0), self._planned_mps(distance_m)
         ahead_m = distance_m + self._told.speed_mps * left_s
         change = self._planned_mps(ahead_m) - planned
@@ -151,13 +172,13 @@ class Watch:
             dt = min(t_s - then_s, _STEP_S)
             then_s += dt
             track = self._path.tracks[self._path.number(self._distance_m(then_s))]
-            pending += track.speed_mps - thought_mps
+            pending += 0.0 if self._astray else track.speed_mps - thought_mps
             thought_mps = track.speed_mps
             most = self._speed.acceleration_max_mps2 * dt
             share = 1.0 - math.exp(-dt / self._speed.lag_s) if self._speed.lag_s else 1.0
             faster = min(max(share * pending, -most), most)
             pending -= faster
-            x = self._predict(x, track.curvature, faster, dt)
+            x = self._predict(x, 0.0 if self._astray else track.curvature, faster, dt)
         return x, pending
 
     def _predict(self, x: Gaussian, curvature: float, faster: float, dt: float) -> Gaussian:
@@ -175,6 +196,7 @@ class Watch:
         told = 0.0 if self._told is None else self._told.sigma_m**2
         # When and how fast a craft changes its speed is known roughly only.
         pushed = self._base.acceleration_noise_mps**2 + faster**2 / dt
+        pushed += (_ASTRAY * self._planned_mps(self._distance_m(self._time_s))) ** 2 if self._astray else 0.0
         drifted = told * (1.0 - keep * keep)
         noise = np.diag((pushed * dt**3 / 3.0, pushed * dt**3 / 3.0, pushed * dt, pushed * dt, drifted, drifted))
         noise[_NORTH, _V_NORTH] = noise[_V_NORTH, _NORTH] = pushed * dt**2 / 2.0

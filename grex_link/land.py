@@ -7,7 +7,7 @@ from grex_link import draws
 from grex_link.config import Scenario
 from grex_link.link_config import LandConfig
 from grex_link.medium import Due, Medium
-from grex_link.messages import LinkEvent, Received, Request, Transmit, Truth, TxEvent
+from grex_link.messages import BROADCAST, LinkEvent, Received, Request, Transmit, Truth, TxEvent
 from grex_link.units import NS
 
 
@@ -87,9 +87,10 @@ class WaterAndLand:
 
     def _begin(self, source: str, request: Transmit, t_ns: int) -> None:
         status = TxEvent(request.seq, "SENT")
-        for destination, link in self._links[source]:
+        links = [each for each in self._links[source] if request.destination in {BROADCAST, each[0]}]
+        for destination, link in links:
             self._send(source, destination, link, request, t_ns)
-        if not self._links[source]:
+        if not links:
             size = len(request.payload)
             self._note(LinkEvent(t_ns, "refused", source, request.seq, "", size, "address", "land"))
             status = TxEvent(request.seq, "FAILED", "address")
@@ -106,7 +107,7 @@ class WaterAndLand:
         self._note(
             LinkEvent(arrival_ns, "delivered", source, request.seq, destination, size, "", "land", "",
                       arrival_ns - t_ns))  # fmt: skip
-        self._announce(arrival_ns, destination, Received(source, request.payload))
+        self._announce(arrival_ns, destination, Received(source, request.payload, request.destination))
 
     def _announce(self, t_ns: int, craft: str, event: Received | TxEvent) -> None:
         heapq.heappush(self._events, (t_ns, self._places[craft], next(self._order), (t_ns, craft, event)))

@@ -69,7 +69,7 @@ class Transmit(Message, frozen=True, tag="transmit"):
     acknowledge: bool = False
     """Ask the one destination for an acknowledgement."""
     by_land: bool = False
-    """Over cable or radio, to all craft that are linked by one with this craft."""
+    """Over cable or radio, to all craft that are linked by one with this craft, or to the destination among them."""
 
 
 class RangeRequest(Message, frozen=True, tag="range"):

@@ -4,7 +4,8 @@
 order      bits   unit
 =========  =====  ====================================================================
 type       4      3
-to         4      place of the receiver in the team, modulo 16
+to         4      place of the receiver in the team, modulo 16; in a larger team the address
+                  on the modem or land link tells who
 number     8      of this sender, modulo 256
 kind       3      place in `KINDS`
 then       2      return, surface, hold

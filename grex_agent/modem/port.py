@@ -150,9 +150,9 @@ class ModemPort:
         until_ns = latest_ns(now_ns, ttl_s)
         return self._add(self._item((b"",), destination, priority=priority, until_ns=until_ns, ranging=True))
 
-    def send_by_land(self, payload: bytes, now_ns: int) -> Request | None:
-        """Send at once over cable and radio, to all craft linked so; None if the payload is refused for its size."""
-        item = self._item(self._abilities.land_frame(payload, now_ns), BROADCAST, by_land=True)
+    def send_by_land(self, payload: bytes, now_ns: int, destination: str = BROADCAST) -> Request | None:
+        """Send at once over cable and radio, to one or all craft linked so; None if it is refused for its size."""
+        item = self._item(self._abilities.land_frame(payload, now_ns), destination, by_land=True)
         if item.frames:
             return self._outbox.begin(item, now_ns)
         self._outbox.refuse(item, "size")

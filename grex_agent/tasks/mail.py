@@ -32,7 +32,7 @@ class TaskMail:
         self._ttl_s = ttl_s
         links = [land.between for land in scenario.link.land if craft in land.between]
         self._by_land = {mate for pair in links for mate in pair if mate != craft}
-        self._waiting: list[tuple[int, bytes]] = []
+        self._waiting: list[tuple[int, bytes, str]] = []
         self._tickets: dict[int, int] = {}
         self._sent = 0
         self.received: list[Received] = []
@@ -43,7 +43,7 @@ class TaskMail:
         ticket = self._sent
         self._sent += 1
         if to in self._by_land:
-            self._waiting.append((ticket, payload))
+            self._waiting.append((ticket, payload, to))
             return ticket
         # The first bytes are type, receiver and number.
         key = "task", to, payload[:2]
@@ -54,9 +54,9 @@ class TaskMail:
     def speak_by_land(self, now_ns: int) -> list[Request]:
         """Send what goes over land, now."""
         requests = []
-        for ticket, payload in self._waiting:
+        for ticket, payload, to in self._waiting:
             self._tickets[self._port.next_ticket] = ticket
-            request = self._port.send_by_land(payload, now_ns)
+            request = self._port.send_by_land(payload, now_ns, to)
             requests += [] if request is None else [request]
         self._waiting.clear()
         return requests

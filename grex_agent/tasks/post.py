@@ -4,6 +4,10 @@ The sender numbers its orders. It sends one, waits for the echo for as long as t
 until it has been tried often enough: then it has failed, which is said. The receiver knows an order by sender, number
 and hash; one it has had is not done again, but echoed again, with what has become of it by then. When a task has ended
 the receiver says so of itself, a few times, because that is not acknowledged.
+
+An order names its receiver, and an echo the sender of its order, modulo 16 only. In a team of more, the address that
+the modem or the land link has delivered it to says for whom it is; what comes without one, and could be for two, is
+for nobody, and is counted.
 """
 
 from collections import deque
@@ -14,7 +18,7 @@ import msgspec
 
 from grex_link import task_wire
 from grex_link.errors import WireError
-from grex_link.messages import Received, TxEvent
+from grex_link.messages import BROADCAST, Received, TxEvent
 from grex_link.task_wire import Echo, Order, Status
 from grex_link.tasks import Task
 
@@ -162,12 +166,14 @@ class TaskPost:
 
     def on_received(self, event: Received) -> Arrival | None:
         """Take task mail; returns an order for this craft that is to be looked at, and then answered."""
+        if event.destination not in {BROADCAST, self._craft}:
+            return None
         try:
             if event.source not in self._team:
                 raise WireError(f"{event.source} is not of the team")  # noqa: TRY301 - one way to count what is bad
             if task_wire.is_order(event.payload):
                 return self._on_order(event)
-            self._on_echo(event.source, task_wire.unpack_echo(event.payload))
+            self._on_echo(event, task_wire.unpack_echo(event.payload))
         except WireError:
             self.bad += 1
         return None
@@ -187,7 +193,7 @@ class TaskPost:
 
     def _on_order(self, event: Received) -> Arrival | None:
         order = task_wire.unpack_order(event.payload)
-        if order.to != self._team.index(self._craft) % 16:
+        if not self._is_for_me(order.to, event):
             return None
         line = self._had.setdefault(event.source, deque(maxlen=_REMEMBERED))
         its_hash = task_wire.hash_of(event.payload)
@@ -206,12 +212,21 @@ class TaskPost:
         if had not in self._echoes:
             self._echoes.append(had)
 
-    def _on_echo(self, source: str, echo: Echo) -> None:
+    def _on_echo(self, event: Received, echo: Echo) -> None:
+        if not self._is_for_me(echo.to, event):
+            return
         for sent in self._sent:
-            known = (sent.craft, sent.number, task_wire.hash_of(sent.payload)) == (source, echo.number, echo.hash)
-            if known and echo.to == self._team.index(self._craft) % 16:
+            if (sent.craft, sent.number, task_wire.hash_of(sent.payload)) == (event.source, echo.number, echo.hash):
                 self._learn(sent, echo)
                 return
+
+    def _is_for_me(self, to: int, event: Received) -> bool:
+        """Whether task mail that names a place modulo 16 is for this craft and nobody else."""
+        if to != self._team.index(self._craft) % 16:
+            return False
+        if event.destination == BROADCAST and len(self._team[to::16]) > 1:
+            raise WireError(f"{event.source} does not say to which of {', '.join(self._team[to::16])}")
+        return True
 
     def _learn(self, sent: _Sent, echo: Echo) -> None:
         if sent.status is None:

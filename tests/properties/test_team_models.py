@@ -1,6 +1,7 @@
 """Every model of a mate: messages may come when they like, and silence makes unsure."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -147,36 +148,67 @@ def test_the_order_of_the_team_is_no_matter(estimator):
     assert_same(run_in(["auv1", "auv2", "auv3"]), run_in(["auv3", "auv1", "auv2"]))
 
 
+LEG_M, LAST_S, BACK_S = 5000.0, 100, 3700
+#: The law these know brings a mate back, so that their sigma has a bound; that of all others has none.
+BOUNDED = {"along_track", "along_track_first"}
+
+
+@cache
+def silent_for_an_hour(estimator, back_m=None):
+    """Beliefs of auv2, by second: it says where it is at 100 s and, if at all, `back_m` ahead of its plan at 3700 s."""
+    team, beliefs = aboard(estimator, "auv1", TEAM, leg_length_m=LEG_M, legs=1), {}
+
+    def heard_of(craft, now, more_m=0.0):
+        ahead, starboard, _ = TEAM[craft]
+        far, number = now + more_m, list(TEAM).index(craft)
+        return Report(craft, TeamState(number, now, far + ahead, starboard, 0.0, 1.0, 0.0, 0, far / LEG_M, 0.1))
+
+    for now in range(1, BACK_S + 31):
+        heard = [heard_of("auv3", float(now))] if now % 30 == 0 else []
+        heard += [heard_of("auv2", float(now))] if now == LAST_S else []
+        heard += [heard_of("auv2", float(now), back_m)] if now == BACK_S and back_m is not None else []
+        beliefs[now], _ = team.step(float(now), Own(now, 0.0, now / LEG_M), [], heard)
+    return beliefs
+
+
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_an_hour_of_silence(estimator):
-    """A mate silent for an hour is believed in with growing sigma, and hears itself where it is on return: no jump."""
-    team = aboard(estimator, "auv1", TEAM, leg_length_m=5000.0, legs=1)
-    planned = 5000.0
-    sigmas, north_m = [], TEAM["auv2"][0]
-    for now in range(1, 3802):
-        heard = []
-        if now in {100, 3700}:
-            progress = now / planned
-            ahead, starboard, _ = TEAM["auv2"]
-            state = TeamState(1, float(now), now + ahead, starboard, 0.0, 1.0, 0.0, 0, progress, 0.1)
-            heard = [Report("auv2", state)]
-        # The third craft goes on being heard.
-        if now % 30 == 0:
-            ahead, starboard, _ = TEAM["auv3"]
-            state = TeamState(2, float(now), now + ahead, starboard, 0.0, 1.0, 0.0, 0, now / planned, 0.1)
-            heard.append(Report("auv3", state))
-        mate, _ = team.step(float(now), Own(now, 0.0, now / planned), [], heard)
-        if 110 <= now < 3700 and now % 300 == 0:
-            sigmas.append(mate.sigma_m)
-        # The last position stands still until there is another; all others glide, whatever comes and however late.
-        assert estimator == "hold_last" or abs(mate.north_m - north_m) < 2.0
-        north_m = mate.north_m
-        assert mate.sigma_m > 0.0
-    assert sigmas == sorted(sigmas)
-    # The control law brings a mate back: its uncertainty may level off, and is greater than just after a message.
-    assert sigmas[-1] > 1.5 * sigmas[0] or sigmas[-1] > 0.3
-    assert mate.age_s == 101.0
-    assert mate.north_m == pytest.approx(-6.0 + (3700.0 if estimator == "hold_last" else 3801.0), abs=3.0)
+def test_in_an_hour_of_silence_sigma_grows(estimator):
+    """From minute to minute of silence sigma grows, to many times what it was; ever slower where it has a bound."""
+    beliefs = silent_for_an_hour(estimator)
+    sigmas = [beliefs[now].sigma_m for now in range(LAST_S, BACK_S + 1, 60)]
+    growth = np.diff(sigmas)
+    assert (growth > 1e-3).all()
+    assert sigmas[-1] > 10.0 * sigmas[0]
+    if estimator in BOUNDED:
+        assert growth[-1] < 0.7 * growth.max()
+    assert beliefs[BACK_S].age_s == BACK_S - LAST_S
+    # Whoever does not stand still goes on with the plan meanwhile, and nothing makes it jump.
+    steps = np.diff([belief.north_m for now, belief in beliefs.items() if now > LAST_S])
+    assert np.abs(steps - (0.0 if estimator == "hold_last" else 1.0)).max() < 0.05
+
+
+@pytest.mark.parametrize("sigmas", [0.0, -2.0])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_on_return_it_moves_by_what_it_learns(estimator, sigmas):
+    """A mate comes back as far off as was claimed: belief moves by gain times innovation, at once to the place told."""
+    before = silent_for_an_hour(estimator)[BACK_S]
+    # What stands still is off by the way made meanwhile; all others by so many sigmas.
+    standing_m = BACK_S - LAST_S if estimator == "hold_last" else 0.0
+    back_m = (0.0 if standing_m else sigmas) * before.sigma_m
+    beliefs = silent_for_an_hour(estimator, back_m)
+    after, told_m = beliefs[BACK_S], BACK_S + TEAM["auv2"][0] + back_m
+    innovation_m = told_m - before.north_m
+    assert innovation_m == pytest.approx(back_m + standing_m, abs=1e-6 * LEG_M)
+    # Variance after an update: P·R / (P + R); so the gain P / (P + R) is 1 - after / before.
+    gain = 1.0 - (after.sigma_m / before.sigma_m) ** 2
+    assert 0.98 < gain < 1.0
+    assert after.north_m - before.north_m == pytest.approx(gain * innovation_m, abs=0.05)
+    assert abs(after.north_m - told_m) < after.sigma_m
+    assert after.sigma_m < 0.4
+    assert after.age_s == 0.0
+    # From there it glides on, with a speed that the hour's error has changed a little.
+    steps = np.diff([beliefs[now].north_m for now in range(BACK_S, BACK_S + 31)])
+    assert np.abs(steps - (0.0 if standing_m else 1.0)).max() < 0.1
 
 
 @pytest.mark.parametrize(

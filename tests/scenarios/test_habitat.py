@@ -186,3 +186,37 @@ def test_a_member_on_a_task_is_not_waited_for(tmp_path):
     assert 240.0 < back < 500.0
     assert path["auv1"][600.0][0] == pytest.approx(path["auv2"][600.0][0], abs=3.0)
     assert path["auv2"][600.0][1] == pytest.approx(40.0, abs=1.0)
+
+
+MANY = """
+duration_s = 90
+[mission]
+type = "lawnmower"
+leg_length_m = 400.0
+formation_m = { top = [0.0, 0.0, 0.0], low = [-20.0, 0.0, 5.0] }
+[standby]
+%s
+[[events]]
+at_s = 5.0
+at_ned_m = [50.0, 180.0, 5.0]
+seen_by = "top"
+[link]
+profile = "s2c_im"
+land = [{ between = ["top", "aid1"] }, { between = ["top", "aid17"] }]
+[craft.top]
+[craft.low]
+%s
+"""
+
+
+def test_an_order_by_radio_is_for_one_craft_of_two_with_the_same_place_modulo_16():
+    """Of 20 craft aid1 and aid17 look alike in an order, and both are on the ship's radio: aid17, the nearer, goes."""
+    aids = [f"aid{number}" for number in range(18)]
+    text = MANY % (
+        "\n".join(f"{aid} = {{ at_ned_m = [50.0, {10.0 * number}, 5.0] }}" for number, aid in enumerate(aids)),
+        "\n".join(f"[craft.{aid}]" for aid in aids),
+    )
+    summary = fly_text(text)
+    assert {line.said_by for line in summary.tasks} == {"top", "aid17"}
+    assert [*told(summary.tasks, "top")] == ["queued", "on_air", "echoed", "started"]
+    assert summary.bad_frames == {}

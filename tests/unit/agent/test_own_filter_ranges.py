@@ -117,6 +117,31 @@ def test_a_start_that_is_far_off_is_found():
     assert np.hypot(*craft.error) < 1.0
 
 
+def test_a_bad_mate_does_not_throw_the_own_position():
+    """Ranges to a ship that tells a place 25 m off are left out, though it answers nine times as often as the boat."""
+    craft = sail(Drifting(*OFF), 300)
+    for _ in range(300):
+        craft.step()
+        there = craft.range()
+        if craft.now % 30 == 0:
+            craft.filter.hear_range(there)
+        elif craft.now % 3 == 0:
+            craft.filter.hear_range(there._replace(craft="ship", north_m=there.north_m + 25.0))
+        assert np.hypot(*craft.error) < 1.0
+
+
+def test_when_both_mates_disagree_it_is_the_own_position():
+    """Two mates tell the truth, and the start is 22 m off: both are left out five times, and then believed."""
+    craft, accepted = Drifting((20.0, -10.0), (0.01, 0.0)), []
+    for _ in range(300):
+        craft.step()
+        if craft.now % 3 == 0:
+            accepted.append(craft.filter.hear_range(craft.range()._replace(craft=("boat", "ship")[craft.now % 2])))
+    assert not any(accepted[:10])
+    assert all(accepted[-20:])
+    assert np.hypot(*craft.error) < 1.0
+
+
 def test_consistent_with_ranges():
     """With errors drawn as the filter models them, NEES over position is in its 95 % band, with late ranges."""
     draw = np.random.default_rng(2008)

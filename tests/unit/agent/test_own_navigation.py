@@ -35,9 +35,9 @@ def sailed(controller="theta_p_unbiased", seconds=600, error=0.0, current=(0.0, 
     return navigation
 
 
-def corrected(navigation, course=0.0, speed=1.0, mode="steer"):
+def corrected(navigation, course=0.0, speed=1.0, mode="steer", health=None):
     """Return what becomes of an order: course and speed over ground."""
-    setpoint = navigation.corrected(Setpoint(0, 0, mode, course, speed, 0.0))
+    setpoint = navigation.corrected(Setpoint(0, 0, mode, course, speed, 0.0), [] if health is None else health)
     return setpoint.course_rad, setpoint.speed_mps
 
 
@@ -71,6 +71,35 @@ def test_what_comes_out_keeps_the_limits():
     navigation = sailed(error=-0.1, speed_max_mps=1.0, speed_min_mps=0.5)
     assert corrected(navigation)[1] == 1.0
     assert corrected(navigation, speed=0.1)[1] == 0.5
+
+
+@pytest.mark.parametrize(("ahead", "words"), [(-0.4, ["speed_limited"]), (0.0, []), (0.7, ["speed_limited"])])
+def test_limits_that_are_met_are_told(ahead, words):
+    """A current that would take more speed than a craft may be ordered, or less, is a word of health, and said once."""
+    navigation, health = sailed(current=(ahead, 0.0), speed_max_mps=1.2, speed_min_mps=0.5), []
+    limited = corrected(navigation, health=health)[1]
+    assert health == words
+    assert limited == pytest.approx({-0.4: 1.2, 0.0: 1.0, 0.7: 0.5}[ahead], abs=0.01)
+    corrected(navigation, health=health)
+    assert health == words
+
+
+def test_the_state_tells_that_the_limits_are_met():
+    """In an unknown current of 0.8 m/s against it an agent that may be ordered 1.5 m/s says ``speed_limited``."""
+    assert steered(against_mps=0.8).health == ["speed_limited"]
+    assert steered(against_mps=0.0).health == []
+
+
+def steered(against_mps):
+    """Last state of an agent that goes where it is ordered, with a current to the south that nobody knows."""
+    team = {"own_filter": {"speed_sigma_mps": 0.05}, "speed_max_mps": 1.5}
+    core, north, order = AgentCore(scenario("none", team=team), "auv1"), 0.0, 0.0
+    for now in range(60):
+        core.on_fix(Fix(now, now * NS, north, 0.0, 0.0, 0.0, order, 0.1))
+        out = dict(core.step(now, now * NS))
+        order = out["setpoint"].speed_mps
+        north += order - against_mps
+    return out["state"]
 
 
 def test_holding_is_left_alone():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grex_agent.gaussian import Gaussian
-from grex_agent.range_update import Gate, Range, surprise, with_free_offset, work_in
+from grex_agent.range_update import Range, surprise, with_free_offset, work_in
 
 
 def heard(range_m, *, north=0.0, east=0.0, down=0.0, sigma=0.0):
@@ -64,14 +64,6 @@ def test_at_the_same_place():
     after = work_in(at(0.0, 0.0), seen)
     assert np.isfinite(after.covariance).all()
     assert after.mean == (0.0, 0.0)
-
-
-def test_several_outliers_in_a_row_are_none():
-    """Four surprising ranges are left out, the fifth in a row is not: the position is wrong. A good one begins anew."""
-    gate = Gate(9.0)
-    assert [gate.judge(squared) for squared in (10.0, 10.0, 8.9, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0)] == [
-        "outlier", "outlier", "good", *["outlier"] * 4, "wrong", "outlier",
-    ]  # fmt: skip
 
 
 def test_a_free_offset_leaves_the_sum():

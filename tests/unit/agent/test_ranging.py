@@ -143,6 +143,14 @@ def test_who_leaves_its_plan_is_no_reference(flags):
     assert len(own.take()) == 1
 
 
+def test_a_base_goes_on_ranging_to_who_leaves_its_plan():
+    """To a base it is no matter where the craft ought to be: the range to a craft on a task counts."""
+    base, _ = ranging("base")
+    base.on_message(received("auv1"), 47 * NS, told(44.0, source=2, flags=1 | ON_TASK))
+    base.on_range(RangeResult(0, "auv1", 2000.0), 50 * NS)
+    assert [heard.range_m for heard in base.take()] == [2000.0]
+
+
 def test_an_old_message_is_no_reference():
     """A mate that has been silent for more than five minutes may be anywhere."""
     own, _ = ranging()

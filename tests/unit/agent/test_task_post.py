@@ -144,6 +144,53 @@ def test_mail_for_others_is_left_alone():
     assert post.bad == 0
 
 
+FIFTY = [f"craft{number}" for number in range(50)]
+
+
+def test_in_a_team_of_fifty_only_the_addressed_craft_takes_an_order():
+    """Three craft have the same place modulo 16: of an order that all of them hear, one does it, and one echoes."""
+    order = Received("craft0", pack_order(Order(FIFTY.index("craft20"), 7, TASK)), "craft20")
+    posts = {craft: TaskPost(craft, FIFTY, 8, NS) for craft in ("craft4", "craft20", "craft36", "craft5")}
+    arrived = {craft: post.on_received(order) for craft, post in posts.items()}
+    assert [craft for craft, arrival in arrived.items() if arrival] == ["craft20"]
+    echoes: list[str] = []
+    for craft, post in posts.items():
+        post.answer("craft0#7", "started", 0)
+        post.step(0, lambda payload, to, craft=craft: echoes.append(f"{craft}>{to}") or 0)
+        assert post.bad == 0
+    assert echoes == ["craft20>craft0"]
+
+
+def test_what_could_be_for_two_is_for_nobody():
+    """Without an address an order is taken where one craft only has that place modulo 16, else by none, and counted."""
+    order = Received("craft0", pack_order(Order(20, 7, TASK)))
+    for craft in ("craft4", "craft20", "craft36"):
+        post = TaskPost(craft, FIFTY, 8, NS)
+        assert post.on_received(order) is None
+        assert post.bad == 1
+    alone = TaskPost("craft4", FIFTY[:20], 8, NS)
+    assert alone.on_received(order) is not None
+    assert alone.bad == 0
+
+
+def test_an_echo_for_another_craft_acknowledges_nothing():
+    """craft1 and craft17 send craft2 the same order under the same number: the echo to one is not one to the other."""
+    posts = {craft: TaskPost(craft, FIFTY, 8, NS) for craft in ("craft1", "craft17")}
+    sent: dict[str, bytes] = {}
+    for craft, post in posts.items():
+        post.order(0, "x", "craft2", TASK)
+        post.step(0, lambda payload, to, craft=craft: sent.update({craft: payload}) or 0)
+    assert sent["craft1"] == sent["craft17"]
+    receiver = TaskPost("craft2", FIFTY, 8, NS)
+    receiver.on_received(Received("craft17", sent["craft17"], "craft2"))
+    receiver.answer("craft17#0", "started", 0)
+    receiver.step(0, lambda payload, to: sent.update({to: payload}) or 0)
+    for post in posts.values():
+        post.on_received(Received("craft2", sent["craft17"], "craft17"))
+    assert posts["craft1"].unanswered("craft2")
+    assert not posts["craft17"].unanswered("craft2")
+
+
 def test_a_number_that_comes_round_again_is_another_order():
     """After 256 orders the numbers begin again; the hash tells an old order from a new one."""
     line = Line(lambda who, number: False)

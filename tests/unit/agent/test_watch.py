@@ -11,7 +11,7 @@ from grex_agent.watch import Watch
 from grex_link.config import SpeedModelConfig
 from grex_link.ranging_config import BaseConfig, RangingConfig
 from grex_link.scenario import loads
-from grex_link.wire import TeamState
+from grex_link.wire import NAVIGATION_VALID, ON_TASK, TeamState
 
 PLACE = (150.0, -80.0, 20.0)
 BASE = BaseConfig(place_ned_m=PLACE, watch="auv1")
@@ -105,6 +105,43 @@ def test_round_the_bend_between_messages():
     quarter_s = 25.0 * math.pi
     mate, _ = base.belief("auv1", 300.0 + quarter_s)
     assert (mate.north_m, mate.east_m) == pytest.approx((350.0, 50.0), abs=1.0)
+
+
+def test_on_a_task_the_plan_does_not_turn_it():
+    """A craft on a task is carried on as it heads, not round the bend, with more doubt; its progress stands still."""
+    on_task = NAVIGATION_VALID | ON_TASK
+    believed = {}
+    for flags in (NAVIGATION_VALID, on_task):
+        base = watch()
+        base.hear(told(300.0, 300.0, 0.0, track=1, theta=0.0, flags=flags))
+        believed[flags], _ = base.belief("auv1", 320.0)
+    assert (believed[on_task].north_m, believed[on_task].east_m) == pytest.approx((320.0, 0.0))
+    assert believed[on_task].progress == pytest.approx(1.0)
+    assert believed[NAVIGATION_VALID].east_m > 3.0
+    # A craft that may turn by 0.2 rad a second at random is this far beside its course after 20 s, at least.
+    assert believed[on_task].sigma_m > 0.2 * math.sqrt(20.0**3 / 3.0)
+    assert believed[NAVIGATION_VALID].sigma_m < 2.0
+
+
+def test_a_task_has_a_speed_of_its_own():
+    """Across the end of a track, and from a track to another, a craft on a task is not thought to change its speed."""
+    base = watch()
+    base.hear(told(0.0, 250.0, 60.0, speed=0.4, flags=NAVIGATION_VALID | ON_TASK, theta=0.99))
+    base.hear(told(10.0, 254.0, 60.0, speed=0.4, flags=NAVIGATION_VALID | ON_TASK, track=2, theta=0.5))
+    mate, _ = base.belief("auv1", 30.0)
+    assert (mate.north_m, mate.east_m) == pytest.approx((262.0, 60.0), abs=0.5)
+    assert mate.progress == pytest.approx(2.5)
+
+
+def test_who_comes_back_heads_elsewhere():
+    """A craft that has ended its task, and heads 90° from its plan, is carried on as it heads until then."""
+    base = watch()
+    base.hear(told(300.0, 300.0, -40.0, track=1, theta=0.01, heading=math.pi / 2.0))
+    assert base.belief("auv1", 310.0)[0].north_m == pytest.approx(300.0)
+    assert base.belief("auv1", 310.0)[0].east_m == pytest.approx(-30.0)
+    doubt = base.belief("auv1", 330.0)[0].sigma_m
+    base.hear(told(330.0, 300.0, 0.0, track=1, theta=0.01, heading=0.05))
+    assert base.belief("auv1", 360.0)[0].sigma_m < doubt / 5.0
 
 
 def test_consistent():

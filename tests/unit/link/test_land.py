@@ -39,6 +39,20 @@ def test_a_land_link_is_quick() -> None:
     }
 
 
+def test_a_land_link_carries_to_whom_it_is_addressed() -> None:
+    """What is for one of two linked craft comes to that one, with the address; for somebody not linked it fails."""
+    medium, _ = on_land(LandConfig(("a", "b"), latency_s=0.05), LandConfig(("a", "c"), latency_s=0.05))
+    medium.request("a", Transmit(0, NS, b"x", "c", by_land=True), NS)
+    medium.request("b", Transmit(0, NS, b"x", "c", by_land=True), NS)
+    medium.advance(FOREVER_NS)
+    events = [(who, event) for _, who, event in medium.events(FOREVER_NS)]
+    assert events == [
+        ("a", TxEvent(0, "SENT")),
+        ("b", TxEvent(0, "FAILED", "address")),
+        ("c", Received("a", b"x", "c")),
+    ]
+
+
 def test_who_has_no_land_link() -> None:
     """Who is linked with nobody is told that there is no such address."""
     medium, _ = on_land(LandConfig(("a", "b"), latency_s=0.05))
