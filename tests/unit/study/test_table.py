@@ -9,6 +9,7 @@ import pytest
 from grex_agent.mission import plan_mission, range_max_m
 from grex_link.errors import ConfigError, GrexError
 from grex_link.mac import plan_mac
+from grex_link.profile import load_profile
 from grex_link.units import NS
 from grex_sim.intervals import student_t
 from grex_sim.study.all_rows import ROWS
@@ -142,6 +143,16 @@ def test_the_best_law_is_that_of_its_scenario():
     """What the study flies as the best law is deploy/scenarios/shared-reference.toml, but for the title."""
     there, here = Flight("shared-reference").load(1), best("s0").load(1)
     assert msgspec.structs.replace(here, title=there.title) == there
+
+
+def test_rows_of_energy_have_an_energy():
+    """Every row of energy flies missions whose modem has a source level."""
+    rows = [row for row in ROWS if "energy" in row.name]
+    assert {"event_energy_s2c_im", "event_energy_share_s2c_im", "best_energy_share_s2c_im"} <= {
+        row.name for row in rows
+    }
+    profiles = {job.load(1).link.profile for row in rows for job in row.figure.jobs}
+    assert all(load_profile(profile).source_level_db is not None for profile in profiles)
 
 
 @pytest.mark.parametrize(("talk", "message_bytes"), [("event_quiet", 15), ("best_quiet", 9)])
