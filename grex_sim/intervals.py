@@ -28,18 +28,22 @@ class Estimate(NamedTuple):
         return f"{self.mean:.4g} ± {half:.2g}" if math.isfinite(self.half) else f"{self.mean:.4g}"
 
 
-def mean_of(values: Sequence[float]) -> Estimate:
-    """Estimate the mean of independent values by Student's t; those that are no number are left out."""
+def student_t(freedom: int) -> float:
+    """Find the quantile of Student's t between the negative of which and itself 95 % lie, for degrees of freedom."""
     from scipy.special import stdtrit
 
+    return float(stdtrit(freedom, 0.5 + _CONFIDENCE / 2))
+
+
+def mean_of(values: Sequence[float]) -> Estimate:
+    """Estimate the mean of independent values by Student's t; those that are no number are left out."""
     finite = np.array([value for value in values if math.isfinite(value)], dtype=float)
     n = len(finite)
     if n == 0:
         return Estimate(math.nan, math.nan, 0)
     if n == 1:
         return Estimate(float(finite[0]), math.nan, 1)
-    t = float(stdtrit(n - 1, 0.5 + _CONFIDENCE / 2))
-    return Estimate(float(finite.mean()), t * float(finite.std(ddof=1)) / math.sqrt(n), n)
+    return Estimate(float(finite.mean()), student_t(n - 1) * float(finite.std(ddof=1)) / math.sqrt(n), n)
 
 
 def mean_of_series(series: NDArray[np.float64]) -> Estimate:

@@ -282,7 +282,8 @@ def as_text(summary: Summary) -> str:
             f"{summary.real_time_factor:.0f} x real time, {summary.ticks_per_s:.0f} ticks/s ({summary.pace})"
         ),
         (
-            f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes), {summary.delivered} received, "
+            f"{summary.messages_sent} messages sent ({summary.bytes_sent} bytes, {_energy(summary)}), "
+            f"{summary.delivered} received, "
             f"{summary.lost} lost, {summary.refused} refused, {summary.in_flight} on their way at the end"
         ),
         *_about_senders(summary),
@@ -297,6 +298,11 @@ def as_text(summary: Summary) -> str:
     if summary.out:
         lines.append(f"files in {summary.out}")
     return "\n".join(lines)
+
+
+def _energy(summary: Summary) -> str:
+    """Say what all messages under water took; nobody knows where the modem's source level is not known."""
+    return "energy unknown" if summary.team_sound_j is None else f"{summary.team_sound_j:.3g} J of sound"
 
 
 def _about_senders(summary: Summary) -> list[str]:

@@ -3,18 +3,17 @@
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_link.scenario import load
+from grex_sim.intervals import student_t
 from grex_sim.run import check_scenario, simulate_in_process
 from grex_sim.study.consistency import Consistency
 from grex_sim.summary import Summary
 
 SCENARIOS = Path(__file__).parents[2] / "deploy" / "scenarios"
-#: Of a mean: ± this many standard errors (normal distribution).
-_Z95 = 1.96
 
 
 class Flight(NamedTuple):
@@ -90,9 +89,18 @@ def ratio(flight: Flight, to: Flight) -> Figure:
     return Figure((flight, to), lambda one, other: _fd(one) / _fd(other))
 
 
-def message_share(flight: Flight, of: Flight) -> Figure:
-    """Take the messages sent in a mission, as a share of those in another with the same seed."""
-    return Figure((flight, of), lambda one, other: one.messages_sent / other.messages_sent)
+#: What talk costs, as the summary of a run has it; of energy only modems with a known source level know.
+Cost: TypeAlias = Literal["messages_sent", "bytes_sent", "team_sound_j"]
+
+
+def cost(flight: Flight, what: Cost) -> Figure:
+    """Take what is sent in a mission: messages, bytes, or joules of sound."""
+    return Figure((flight,), lambda summary: float(getattr(summary, what)))
+
+
+def cost_share(flight: Flight, of: Flight, what: Cost) -> Figure:
+    """Take what is sent in a mission as a share of that in another with the same seed."""
+    return Figure((flight, of), lambda one, other: float(getattr(one, what) / getattr(other, what)))
 
 
 def mean_age(flight: Flight) -> Figure:
@@ -111,11 +119,11 @@ def nees(job: Consistency) -> Figure:
 
 
 def mean_and_interval(values: Sequence[float]) -> tuple[float, float]:
-    """Mean, and half the width of its 95 % interval: 1.96 s/√n."""
+    """Mean, and half the width of its 95 % interval: t·s/√n, with Student's t of n - 1 degrees of freedom."""
     number = len(values)
     mean = math.fsum(values) / number
     spread = math.fsum((value - mean) ** 2 for value in values)
-    return mean, _Z95 * math.sqrt(spread / (number - 1) / number)
+    return mean, student_t(number - 1) * math.sqrt(spread / (number - 1) / number)
 
 
 def _fd(summary: Any) -> float:

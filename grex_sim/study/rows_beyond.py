@@ -1,9 +1,9 @@
-"""Rows of `grex study team` for what goes beyond the paper's law: shared reference, event-triggered talk, ranges."""
+"""Rows of `grex study team` for what goes beyond the paper's law: the shared reference, and ranges."""
 
 from collections.abc import Iterator
 
-from grex_sim.study.figures import Flight, deviation, message_share, ratio, worst_place_error
-from grex_sim.study.rows import CONDITIONS, PAPERS_LAW, S0, WIDE, p_law
+from grex_sim.study.figures import Flight, deviation, worst_place_error
+from grex_sim.study.rows import CONDITIONS, WIDE
 from grex_sim.study.table import AtMost, Row
 
 #: The best law, as in deploy/scenarios/shared-reference.toml: every craft tracks its copy of a team reference; the own
@@ -17,12 +17,6 @@ BEST = (
     'team.talk={type="event", threshold_m=0.5, heartbeat_slots=9}',
     "guidance.cross_track_gain_rad_per_m=0.2",
     "guidance.curvature_feedforward=1.27",
-)
-#: The paper's law and messages, sent only when they would tell the mates something new; speed errors are taken to last,
-#: or they would be forgotten in a long silence. Chosen on seeds 201 to 230.
-EVENT = (
-    'team.talk={type="event", threshold_m=0.3, repeats=2, heartbeat_slots=15}',
-    "team.speed_model.error_time_s=20000.0",
 )
 _TARGETS = (
     ("best_fd_loss0", "s0", 0.0, 0.008),
@@ -54,19 +48,6 @@ def _best() -> Iterator[Row]:
         yield Row(f"{profile}_best_fd_loss0", f"200 m formation, {profile}, best law: FD", deviation(flight))
 
 
-def _event() -> Iterator[Row]:
-    periodic, event = p_law(S0, "along_track"), p_law(S0, "along_track", more=EVENT)
-    about = "paper's mission, K 0.8, along_track, event-triggered"
-    yield Row("event_message_share", f"{about}: share of the messages", message_share(event, periodic), AtMost(0.20))
-    lossy = p_law(S0, "along_track", loss=0.3, more=EVENT)
-    row = "event_message_share_loss30"
-    yield Row(row, f"{about}, 30 % loss: share of the messages", message_share(lossy, periodic), AtMost(0.20))
-    for loss in (0.0, 0.3):
-        flight, ideal = p_law(S0, "along_track", loss=loss, more=EVENT), p_law(S0, "ideal", loss=loss)
-        row = f"event_ratio_loss{100 * loss:.0f}"
-        yield Row(row, f"{about}, {100 * loss:.0f} % loss: FD / FD of ideal", ratio(flight, ideal), AtMost(1.02))
-
-
 def _ranges() -> Iterator[Row]:
     drifting = "auv1", "auv2"
     about = "INS drift of 0.5 m/min on two of three craft, 2 h, ranges to the third"
@@ -76,5 +57,4 @@ def _ranges() -> Iterator[Row]:
     yield Row("ins_drift_no_ranging_rms_m", "the same without ranges", worst_place_error(without, drifting))
 
 
-#: All rows of the study.
-ROWS = (*_best(), *_event(), *_ranges(), *PAPERS_LAW)
+BEYOND = (*_best(), *_ranges())

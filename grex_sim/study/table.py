@@ -69,6 +69,16 @@ class Result(NamedTuple):
     interval: float
     seeds: int
 
+    @property
+    def met(self) -> bool:
+        """Whether it is as it must be; a row without a target is."""
+        return self.row.target is None or self.row.target.met(self.value, self.seeds)
+
+    def missed(self) -> str:
+        """Say what it came to, and what it was to reach."""
+        target = self.row.target
+        return f"{self.row.name} is {self.value:.4f}" + (f", must be {target.text(self.seeds)}" if target else "")
+
 
 def chi_square_band(freedom: int) -> tuple[float, float]:
     """Band of χ²/n that holds 95 % for n degrees of freedom (Wilson and Hilferty's approximation)."""
@@ -98,9 +108,5 @@ def as_text(results: Sequence[Result]) -> str:
 
 def _cells(result: Result) -> tuple[str, ...]:
     row, target = result.row, result.row.target
-    said = ("", "") if target is None else (target.text(result.seeds), _yes(target.met(result.value, result.seeds)))
+    said = ("", "") if target is None else (target.text(result.seeds), "yes" if result.met else "NO")
     return (row.name, row.about, f"{result.value:.4f} ± {result.interval:.4f}", *said)
-
-
-def _yes(met: bool) -> str:  # noqa: FBT001
-    return "yes" if met else "NO"

@@ -7,10 +7,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from grex_link.errors import ConfigError
+from grex_link.errors import ConfigError, GrexError
 from grex_sim.launch import Launch
+from grex_sim.study.all_rows import ROWS
 from grex_sim.study.figures import Flight, Job, mean_and_interval
-from grex_sim.study.rows_beyond import ROWS
 from grex_sim.study.table import Result, Row, as_json, as_text
 from grex_sim.study.workers import Results, run_jobs
 
@@ -36,6 +36,22 @@ class Study(NamedTuple):
     def text(self, *, json: bool) -> str:
         """Print it, for programs or for people."""
         return as_json(self.results) if json else as_text(self.results)
+
+    def judge(self) -> None:
+        """Say whether all is as it must be.
+
+        Raises
+        ------
+        GrexError
+            Names the rows that have another digest as processes, and those that miss their targets.
+        """
+        faults = []
+        if self.mismatches:
+            faults.append("NOT THE SAME RESULT in memory and as processes: " + "; ".join(self.mismatches))
+        if missed := [each.missed() for each in self.results if not each.met]:
+            faults.append("MISSED: " + "; ".join(missed))
+        if faults:
+            raise GrexError(". ".join(faults))
 
 
 def choose(rows: Sequence[Row], only: Sequence[str]) -> list[Row]:

@@ -55,14 +55,28 @@ def test_another_digest_is_noticed(tmp_path, monkeypatch):
     assert mismatch.startswith(f"odd: digest {restless.run(1).digest} in memory, but ")
 
 
+def consistency_of(seeds):
+    """Run a study of one quick row over some seeds."""
+    command = grex("study", "team", "--seeds", str(seeds), "--only", "nees_dead_reckoning_loss0", "--json")
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+
+
 def test_json_and_nothing_else():
     """With --json one object comes on standard output, and nothing on standard error when that is no terminal."""
-    command = grex("study", "team", "--seeds", "2", "--only", "nees_dead_reckoning_loss0", "--json")
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+    done = consistency_of(3)
     assert (done.returncode, done.stderr) == (0, "")
     (row,) = json.loads(done.stdout)["rows"]
     assert sorted(row) == ["interval", "row", "seeds", "value"]
-    assert (row["row"], row["seeds"]) == ("nees_dead_reckoning_loss0", 2)
+    assert (row["row"], row["seeds"]) == ("nees_dead_reckoning_loss0", 3)
+
+
+def test_a_missed_target_ends_with_status_1():
+    """Ten samples of a row that fall out of its band are printed as ever; one line says so, and the status is 1."""
+    done = consistency_of(2)
+    (row,) = json.loads(done.stdout)["rows"]
+    assert row["value"] < 0.32
+    assert done.returncode == 1
+    assert done.stderr == f"grex: MISSED: nees_dead_reckoning_loss0 is {row['value']:.4f}, must be 0.32-2.05\n"
 
 
 def test_an_unknown_row_is_one_line():

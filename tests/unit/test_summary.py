@@ -117,6 +117,22 @@ def summarise_result(scenario):
     return book, result
 
 
+@pytest.mark.parametrize(
+    ("profile", "team_j", "told"),
+    [
+        ("s2c_im", 10**1.32 * 3.0, "2 messages sent (30 bytes, 62.7 J of sound), 0 received"),
+        ("grex2008", None, "2 messages sent (30 bytes, energy unknown), 0 received"),
+    ],
+)
+def test_messages_bytes_and_energy(profile, team_j, told) -> None:
+    """Messages, bytes and the energy of the sound are told; of a modem without a source level that it is unknown."""
+    sent = [line(1, "started"), line(4, "started", source="auv2", lasting_s=2.0)]
+    summary = judge(*sent, overrides=[f"link.profile={profile}"])
+    assert summary.team_sound_j == (team_j and pytest.approx(team_j))
+    assert (summary.sound_j == {}) == (team_j is None)
+    assert any(text.startswith(told) for text in page(summary))
+
+
 def test_age_and_losses_in_two_lines() -> None:
     """A person reads mean age and worst pair in one line, the share of losses and their reasons in another."""
     other = [line(1, "started", source="auv2"), line(6, "delivered", to="auv1", source="auv2", lasting_s=5),

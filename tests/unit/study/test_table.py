@@ -6,12 +6,19 @@ import tomllib
 import msgspec
 import pytest
 
-from grex_link.errors import ConfigError
-from grex_sim.study.figures import SCENARIOS, Flight, deviation, mean_and_interval, message_share, ratio
+from grex_agent.mission import plan_mission, range_max_m
+from grex_link.errors import ConfigError, GrexError
+from grex_link.mac import plan_mac
+from grex_link.profile import load_profile
+from grex_link.units import NS
+from grex_sim.intervals import student_t
+from grex_sim.study.all_rows import ROWS
+from grex_sim.study.figures import SCENARIOS, Flight, cost, cost_share, deviation, mean_and_interval, ratio
 from grex_sim.study.rows import CONDITIONS
-from grex_sim.study.rows_beyond import ROWS, best
+from grex_sim.study.rows_beyond import best
+from grex_sim.study.rows_talk import on_s2c_im
 from grex_sim.study.table import AtMost, InBand, Result, Row, as_json, as_text, chi_square_band
-from grex_sim.study.team import choose, run_study
+from grex_sim.study.team import Study, choose, run_study
 
 FLIGHT = Flight("paper-d", ("duration_s=50",))
 RESULTS = [
@@ -24,8 +31,9 @@ RESULTS = [
 class Flown:
     """What a figure takes from a summary."""
 
-    def __init__(self, fd, messages_sent):
+    def __init__(self, fd, messages_sent, bytes_sent=0, team_sound_j=None):
         self.fd, self.messages_sent = fd, messages_sent
+        self.bytes_sent, self.team_sound_j = bytes_sent, team_sound_j
 
 
 def test_json_is_what_programs_are_promised():
@@ -50,9 +58,47 @@ def test_a_missed_target_is_said():
     ]
 
 
+@pytest.mark.parametrize(
+    ("results", "said"),
+    [
+        (RESULTS[::2], None),
+        (RESULTS, "^MISSED: bad is 0.2500, must be <= 0.2$"),
+        (
+            [*RESULTS, Result(Row("worse", "", RESULTS[0].row.figure, InBand(1)), 2.5, 0.0, 20)],
+            "; worse is 2.5000, must",
+        ),
+    ],
+    ids=["all met", "one missed", "two missed"],
+)
+def test_a_study_that_misses_a_target_fails(results, said):
+    """A study ends with one line that names every row that misses its target, and without one if none does."""
+    study = Study(results, [])
+    if said is None:
+        study.judge()
+    else:
+        with pytest.raises(GrexError, match=said) as failure:
+            study.judge()
+        assert failure.value.exit_status == 1
+        assert "good" not in str(failure.value)
+
+
+def test_another_digest_fails_too():
+    """Digests that differ are said as well as targets that are missed, in the same line."""
+    with pytest.raises(GrexError, match=r"NOT THE SAME RESULT .*: good: digest 1, 2\. MISSED: bad is"):
+        Study(RESULTS, ["good: digest 1, 2"]).judge()
+    with pytest.raises(GrexError, match=r"digest 1, 2$"):
+        Study(RESULTS[:1], ["good: digest 1, 2"]).judge()
+
+
+@pytest.mark.parametrize(("freedom", "quantile"), [(1, 12.706), (2, 4.303), (5, 2.571), (19, 2.093), (100, 1.984)])
+def test_students_t(freedom, quantile):
+    """The quantile is that of the printed tables of Student's t."""
+    assert student_t(freedom) == pytest.approx(quantile, abs=5e-4)
+
+
 def test_mean_and_interval():
-    """The interval is 1.96 standard errors, and nothing where every seed gives the same."""
-    assert mean_and_interval([1.0, 2.0, 3.0]) == pytest.approx((2.0, 1.96 / 3.0**0.5))
+    """The interval is Student's: 4.303 standard errors of three values; nothing where every seed gives the same."""
+    assert mean_and_interval([1.0, 2.0, 3.0]) == pytest.approx((2.0, 4.3027 / 3.0**0.5), rel=1e-4)
     assert mean_and_interval([0.3, 0.3, 0.3]) == pytest.approx((0.3, 0.0))
 
 
@@ -68,10 +114,12 @@ def test_chi_square_band(freedom, least, most):
 
 
 def test_figures():
-    """A ratio is FD over FD, and a share messages over messages, of the same seed."""
-    one, other = Flown(0.6, 50), Flown(0.4, 200)
+    """A ratio is FD over FD, and a share messages, bytes or joules over the same of the other, of the same seed."""
+    one, other = Flown(0.6, 50, 300, 7.0), Flown(0.4, 200, 3000, 14.0)
     assert ratio(FLIGHT, FLIGHT).value(one, other) == pytest.approx(1.5)
-    assert message_share(FLIGHT, FLIGHT).value(one, other) == pytest.approx(0.25)
+    whats = "messages_sent", "bytes_sent", "team_sound_j"
+    assert [cost_share(FLIGHT, FLIGHT, what).value(one, other) for what in whats] == [0.25, 0.1, 0.5]
+    assert [cost(FLIGHT, what).value(one) for what in whats] == [50.0, 300.0, 7.0]
     assert deviation(FLIGHT).value(one) == 0.6
 
 
@@ -95,6 +143,26 @@ def test_the_best_law_is_that_of_its_scenario():
     """What the study flies as the best law is deploy/scenarios/shared-reference.toml, but for the title."""
     there, here = Flight("shared-reference").load(1), best("s0").load(1)
     assert msgspec.structs.replace(here, title=there.title) == there
+
+
+def test_rows_of_energy_have_an_energy():
+    """Every row of energy flies missions whose modem has a source level."""
+    rows = [row for row in ROWS if "energy" in row.name]
+    assert {"event_energy_s2c_im", "event_energy_share_s2c_im", "best_energy_share_s2c_im"} <= {
+        row.name for row in rows
+    }
+    profiles = {job.load(1).link.profile for row in rows for job in row.figure.jobs}
+    assert all(load_profile(profile).source_level_db is not None for profile in profiles)
+
+
+@pytest.mark.parametrize(("talk", "message_bytes"), [("event_quiet", 15), ("best_quiet", 9)])
+def test_quiet_talk_is_as_long_silent_as_on_the_papers_modem(talk, message_bytes):
+    """On the fast modem the longest silence in seconds is that of the paper's, to within a cycle of slots."""
+    quiet, slots = (on_s2c_im(each).load(1) for each in (talk, talk.removesuffix("_quiet")))
+    heartbeats = [each.team.talk.heartbeat_slots for each in (quiet, slots)]
+    assert msgspec.structs.replace(quiet.team.talk, heartbeat_slots=heartbeats[1]) == slots.team.talk
+    mac = plan_mac(quiet, range_max_m(plan_mission(quiet)), message_bytes)
+    assert heartbeats[0] * mac.cycle_ns / NS == pytest.approx(30.0 * heartbeats[1], abs=mac.cycle_ns / NS)
 
 
 #: Those that issue 5 names; programs ask for them.
