@@ -126,3 +126,11 @@ def test_fifty_mates_cost_a_tenth():
         ratios[mates] = best_s(objects) / best_s(rows)
     print("filterpy / rows of arrays:", {mates: round(ratio, 1) for mates, ratio in ratios.items()})  # noqa: T201
     assert ratios[50] >= 10.0
+
+
+def test_the_cost_hardly_grows_with_the_mates():
+    """A step for 50 mates takes less than twice as long as one for 3: linear at most, by under 2 % of that for each."""
+    cost_s = {mates: best_s(both(mates)[0]) for mates in (3, 10, 50)}
+    print("rows of arrays, us:", {mates: round(1e6 * each) for mates, each in cost_s.items()})  # noqa: T201
+    assert cost_s[50] <= 2.0 * cost_s[3]
+    assert cost_s[50] - cost_s[10] <= 40 * 0.02 * cost_s[3]
