@@ -32,7 +32,9 @@ called from there, which have no guard, though mates yield to what they tell.
 """
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
+
+import numpy as np
 
 from grex_agent.closest import closest_approach
 from grex_agent.mission import TeamPlan, planned_places
@@ -116,7 +118,7 @@ class SeparationGuard:
         self._least_m = least_m
         self._yielding_mps = yielding_mps
         self._fastest_mps = {name: max(track.speed_mps for track in each.tracks) for name, each in plan.craft.items()}
-        self._paces = {name: MatePace(self._time) for name in plan.craft}
+        self._paces: dict[str, MatePace] = {}
         self._told: dict[str, TeamState] = {}
         self._excess_mps: float | None = None
         self._limited_mps = self._seen_s = 0.0
@@ -160,22 +162,22 @@ class SeparationGuard:
         (float, bool)
             The speed, never above what was ordered, and whether the craft yields.
         """
-        known = self._see(now_s, mates, on_task)
         excess_mps = self._excess(now_s, ordered_mps, speed_mps)
         makes_mps = ordered_mps + excess_mps
-        near = [mate for mate in known if self._may_meet(makes_mps, place, mate)]
-        obstacles = [each for each in self._on_task(now_s, on_task) if self._near(makes_mps, place, each)]
+        known = [mate for mate in mates if _is_known(mate) and mate.craft not in on_task]
+        runners = self._near(now_s, makes_mps, place, known)
+        obstacles = self._on_task(now_s, on_task)
         limited_mps = ordered_mps
-        if near or obstacles:
+        if runners or obstacles:
             plan_s = self._time.at(progress)
             planned_mps = self._time.speed(self._craft, plan_s)
             own = Runner(self._craft, place, plan_s, 0.0, makes_mps / planned_mps)
             team = [(self._craft, progress), *((mate.craft, mate.progress) for mate in known)]
-            rates = self._turns.rates([own, *map(self._runner, near)], obstacles, team)
-            for mate in near:
-                self._paces[mate.craft].held(rates[mate.craft])
-            if rates[self._craft] < makes_mps / planned_mps:
-                limited_mps = max(rates[self._craft] * planned_mps - excess_mps, self._yielding_mps)
+            own_rate, *rates = self._turns.rates([own, *runners], obstacles, team)
+            for runner, rate in zip(runners, rates, strict=True):
+                self._paces[runner.craft].held(rate)
+            if own_rate < own.rate:
+                limited_mps = max(own_rate * planned_mps - excess_mps, self._yielding_mps)
         yields = limited_mps < ordered_mps - _SAME_MPS
         self._limited_mps = limited_mps if yields else ordered_mps
         return self._limited_mps, yields
@@ -199,26 +201,21 @@ class SeparationGuard:
             As in `limit`.
         """
         self._excess_mps = None
-        near = [mate for mate in self._see(now_s, mates, on_task) if self._may_meet(ordered_mps, place, mate)]
-        obstacles = [each for each in self._on_task(now_s, on_task) if self._near(ordered_mps, place, each)]
-        obstacles += [self._turns.obstacle(self._runner(mate)) for mate in near]
+        known = [mate for mate in mates if _is_known(mate) and mate.craft not in on_task]
+        runners = self._near(now_s, ordered_mps, place, known)
+        obstacles = [*self._on_task(now_s, on_task), *map(self._turns.obstacle, runners)]
         ahead = [each for each in obstacles if each.is_ahead(place, course_rad)]
+        if not ahead:
+            return ordered_mps, False
+        ways, least_m = np.array([each.way for each in ahead]), np.array([each.least_m for each in ahead])
 
         def is_kept(speed_mps: float) -> bool:
-            way = way_straight(place, course_rad, speed_mps)
-            return all(keeps(way, each.way, each.least_m) for each in ahead)
+            return keeps(way_straight(place, course_rad, speed_mps), ways, least_m)
 
         limited_mps = fastest(is_kept, self._yielding_mps, ordered_mps)
         return limited_mps, limited_mps < ordered_mps
 
     # -- inside -------------------------------------------------------------------------------------------------
-
-    def _see(self, now_s: float, mates: Sequence[MateBelief], on_task: Collection[str]) -> list[MateBelief]:
-        """Look at what is believed of the mates that follow their plans."""
-        known = [mate for mate in mates if _is_known(mate) and mate.craft not in on_task]
-        for mate in known:
-            self._paces[mate.craft].see(now_s, mate)
-        return known
 
     def _excess(self, now_s: float, ordered_mps: float, speed_mps: float) -> float:
         """What the craft makes more than it is ordered, m/s."""
@@ -231,35 +228,45 @@ class SeparationGuard:
         self._seen_s = now_s
         return self._excess_mps
 
+    def _near(self, now_s: float, speed_mps: float, place: Point, mates: Sequence[MateBelief]) -> list[Runner]:
+        """Find the mates that may be met within the time looked ahead, and see how they get on."""
+        near = [mate for mate in mates if self._may_meet(speed_mps, place, mate)]
+        # Who comes near again begins anew.
+        self._paces = {mate.craft: self._paces.get(mate.craft) or MatePace(self._time) for mate in near}
+        for mate in near:
+            self._paces[mate.craft].see(now_s, mate)
+        return [self._runner(mate) for mate in near]
+
     def _runner(self, mate: MateBelief) -> Runner:
         """Take a mate to be as far behind what is believed as it has been slower since it was heard."""
         pace, plan = self._paces[mate.craft], self._plan[mate.craft]
-        believed, taken = plan.point(mate.progress), plan.point(self._time.progress(pace.plan_s))
-        north, east = mate.north_m + taken[0] - believed[0], mate.east_m + taken[1] - believed[1]
-        place = north, east, plan.track(mate.progress).depth_m
-        return Runner(mate.craft, place, pace.plan_s, mate.sigma_m, pace.rate)
+        north, east, plan_s = mate.north_m, mate.east_m, self._time.at(mate.progress)
+        lag_s = pace.lag_s
+        if lag_s > 0.0:
+            plan_s -= lag_s
+            believed, taken = plan.point(mate.progress), plan.point(self._time.progress(plan_s))
+            north, east = north + taken[0] - believed[0], east + taken[1] - believed[1]
+        return Runner(mate.craft, (north, east, plan.depth(mate.progress)), plan_s, mate.sigma_m, pace.rate)
 
-    def _on_task(self, now_s: float, on_task: Collection[str]) -> Iterator[Obstacle]:
+    def _on_task(self, now_s: float, on_task: Collection[str]) -> list[Obstacle]:
         """Craft on a task, going straight on from where they have told that they were."""
+        obstacles = []
         for craft in sorted(on_task):
             told = self._told.get(craft)
-            # A short form does not tell where the craft heads: its mates would believe in its plan.
+            # The shorter forms tell no heading.
             if told is None or told.form != "full" or not 0.0 <= now_s - told.t_s <= _STRAIGHT_S:
                 continue
             gone_m = told.speed_mps * (now_s - told.t_s)
             north = told.north_m + gone_m * math.cos(told.heading_rad)
             east = told.east_m + gone_m * math.sin(told.heading_rad)
             way = way_straight((north, east, told.depth_m), told.heading_rad, told.speed_mps)
-            yield self._turns.obstacle_on(way, told.sigma_m)
+            obstacles.append(self._turns.obstacle_on(way, told.sigma_m))
+        return obstacles
 
     def _may_meet(self, speed_mps: float, place: Point, mate: MateBelief) -> bool:
         """Whether a mate is near enough to be met within the time looked ahead."""
         reach_m = (speed_mps + self._fastest_mps[mate.craft]) * HORIZON_S
         return math.hypot(mate.north_m - place[0], mate.east_m - place[1]) < 2.0 * self._least_m + reach_m
-
-    def _near(self, speed_mps: float, place: Point, other: Obstacle) -> bool:
-        reach_m = speed_mps * HORIZON_S + math.dist(other.way[0], other.way[-1])
-        return math.dist(other.way[0], place) < 2.0 * self._least_m + reach_m
 
 
 def _is_known(mate: MateBelief) -> bool:

@@ -11,6 +11,7 @@ What the mate does less than the belief, by this rate or because its own guard h
 from the moment on of which the mate has told last; what it told before is in the belief.
 """
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -19,6 +20,8 @@ from grex_link.messages import MateBelief
 
 #: From one message to another at least so many seconds later, a rate is found.
 _BETWEEN_S = 15.0
+#: The rate from step to step counts as its average over so many seconds: where tracks change a craft needs some time.
+_AVERAGE_S = 10.0
 #: A mate that makes this share of its planned speed from message to message keeps up; the rest is noise of its fixes.
 _KEEPS_UP = 0.95
 
@@ -44,9 +47,9 @@ class MatePace:
 
     def __init__(self, time: PlanTime) -> None:
         self._time = time
-        self._now_s: float | None = None
+        self._seen_s = math.nan
         self._step_s = self._plan_s = self._age_s = 0.0
-        self._by_steps = self._by_messages = 1.0
+        self._believed = self._by_steps = self._by_messages = 1.0
         self._heard: tuple[float, float] | None = None
         self._since_heard: deque[_Step] = deque()
         self._jumped = False
@@ -54,42 +57,47 @@ class MatePace:
     @property
     def rate(self) -> float:
         """How fast it is taken to go, as a share of the planned speed."""
-        return min(self._by_steps, self._by_messages) if self._by_messages < _KEEPS_UP else self._by_steps
+        return min(self._by_steps, self._no_faster)
 
     @property
-    def plan_s(self) -> float:
-        """Where it is taken to stand, as plan time, seconds: as far behind the belief as its lag is."""
-        lag_s = sum(max(step.believed - step.thought, 0.0) * step.step_s for step in self._since_heard)
-        return self._plan_s - lag_s
+    def lag_s(self) -> float:
+        """How far behind the belief it is taken to be, seconds of plan time."""
+        return sum(max(step.believed - step.thought, 0.0) * step.step_s for step in self._since_heard)
 
     def see(self, now_s: float, belief: MateBelief) -> None:
         """Take what is believed of the mate at a step; times in seconds."""
         plan_s = self._time.at(belief.progress)
         age_s = belief.age_s if belief.age_s >= 0.0 else now_s
-        step_s = 0.0 if self._now_s is None else now_s - self._now_s
+        step_s = 0.0 if math.isnan(self._seen_s) else now_s - self._seen_s
         if step_s > 0.0:
             self._go_on(now_s, step_s, plan_s, age_s)
-        self._now_s, self._step_s, self._plan_s, self._age_s = now_s, step_s, plan_s, age_s
+        self._seen_s, self._step_s, self._plan_s, self._age_s = now_s, step_s, plan_s, age_s
         while self._since_heard and self._since_heard[0].end_s <= now_s - age_s:
             self._since_heard.popleft()
 
     def held(self, rate: float) -> None:
-        """Say how fast it is thought to go at this step: by `rate`, or as its guard lets it."""
-        if self._now_s is not None and self._step_s > 0.0:
-            self._since_heard.append(_Step(self._now_s, self._step_s, self._by_steps, rate))
+        """Say how fast it may go at this step: less than `rate` of above, if its guard holds it back."""
+        if self._step_s > 0.0:
+            thought = min(rate if rate < self.rate else self._no_faster, self._believed)
+            self._since_heard.append(_Step(self._seen_s, self._step_s, self._believed, thought))
 
     # -- inside -------------------------------------------------------------------------------------------------
+
+    @property
+    def _no_faster(self) -> float:
+        return self._by_messages if self._by_messages < _KEEPS_UP else math.inf
 
     def _go_on(self, now_s: float, step_s: float, plan_s: float, age_s: float) -> None:
         if age_s < self._age_s + 0.5 * step_s and self._age_s > 1.5 * step_s:
             self._hear(now_s, plan_s)
             self._jumped = True
             return
-        self._by_steps = max((plan_s - self._plan_s) / step_s, 0.0)
+        self._believed = max((plan_s - self._plan_s) / step_s, 0.0)
+        self._by_steps += min(step_s / _AVERAGE_S, 1.0) * (self._believed - self._by_steps)
         if self._jumped:
             # Since the mate was heard the belief has gone as fast as it does now, not as fast as it did then.
             for step in self._since_heard:
-                step.believed = self._by_steps
+                step.believed = self._believed
             self._jumped = False
 
     def _hear(self, now_s: float, plan_s: float) -> None:

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+import numpy as np
 
 from grex_agent.mission import TeamPlan
 from grex_agent.plan_time import PlanTime
-from grex_agent.separation_ways import Point, Way, keeps, nearest_m, way_on_plan
+from grex_agent.separation_ways import Array, PlannedWays, Point, keeps, nearest_m
 
 _SIGMAS = 2.0
 #: Of what the plan leaves between two craft beyond the minimum, this share may be asked for.
@@ -17,32 +19,30 @@ _COMMON = 0.5
 _HALVINGS = 7
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Runner:
     """A craft that follows its plan, as it is taken to go on."""
 
     craft: str
     place: Point
-    """North, east and depth, metres."""
     plan_s: float
     """Where it stands, as plan time."""
     sigma_m: float
     """Of its place; 0 of oneself."""
     rate: float
     """How fast it goes, as a share of the planned speed."""
-    way: Way = field(default=())
 
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
     """A craft that goes its way whatever others do, and the distance to be kept from it."""
 
-    way: Way
+    way: Array
     least_m: float
 
     def is_ahead(self, place: Point, course_rad: float) -> bool:
         """Whether it is ahead of a place on a course."""
-        north, east = self.way[0][0] - place[0], self.way[0][1] - place[1]
+        north, east = float(self.way[0, 0]) - place[0], float(self.way[0, 1]) - place[1]
         return north * math.cos(course_rad) + east * math.sin(course_rad) > 0.0
 
 
@@ -77,84 +77,90 @@ class Turns:
     def __init__(self, plan: TeamPlan, time: PlanTime, least_m: float, yielding_mps: float) -> None:
         self._plan = plan.craft
         self._time = time
+        self._ways = PlannedWays(plan, time)
         self._order = {name: place for place, name in enumerate(plan.craft)}
         self._least_m = least_m
         self._yielding_mps = yielding_mps
 
     def rates(
         self, runners: Sequence[Runner], obstacles: Sequence[Obstacle], team: Sequence[tuple[str, float]]
-    ) -> dict[str, float]:
+    ) -> list[float]:
         """Say how fast craft that are near each other may go, as shares of their planned speeds.
 
         Parameters
         ----------
         runners : sequence of Runner
-            The craft; their ways are worked out here.
+            The craft.
         obstacles : sequence of Obstacle
             Others; everybody who has one ahead gives way.
         team : sequence of (str, float)
             Craft and progress of the whole team, as far as it is known: for the common course.
         """
-        north, east = self._common_course(team)
-
-        def rank(runner: Runner) -> tuple[float, float, int]:
-            along_m = runner.place[0] * north + runner.place[1] * east
-            return along_m, self._time.progress(runner.plan_s), -self._order[runner.craft]
-
-        inorder = sorted(runners, key=rank, reverse=True)
-        for runner in inorder:
-            runner.way = self._way(runner, runner.rate)
-        if self._meet(inorder, obstacles):
-            for turn, runner in enumerate(inorder):
-                self._give_way(runner, inorder[:turn], obstacles)
-        return {runner.craft: runner.rate for runner in inorder}
+        rates = [runner.rate for runner in runners]
+        ways = self._ways_of(runners)
+        crossed = [nearest_m(ways, each.way) < each.least_m for each in obstacles]
+        distances = self._distances_m(runners)
+        close = nearest_m(ways[:, None], ways) < distances
+        np.fill_diagonal(close, val=False)
+        if not close.any() and not any(each.any() for each in crossed):
+            return rates
+        turns = self._in_order(runners, team)
+        for turn, place in enumerate(turns):
+            ahead, runner = turns[:turn], runners[place]
+            course_rad = self._plan[runner.craft].course_rad(self._time.progress(runner.plan_s))
+            before = [each for each in obstacles if each.is_ahead(runner.place, course_rad)]
+            others = np.array([*ways[ahead], *(each.way for each in before)])
+            least_m = np.array([*distances[place, ahead], *(each.least_m for each in before)])
+            if len(others) and not keeps(ways[place], others, least_m):
+                rates[place] = self._fastest(runner, others, least_m)
+                ways[place] = self._way(runner, rates[place])
+        return rates
 
     def obstacle(self, runner: Runner) -> Obstacle:
         """Take a craft that follows its plan to do that whatever others do."""
         return self.obstacle_on(self._way(runner, runner.rate), runner.sigma_m)
 
-    def obstacle_on(self, way: Way, sigma_m: float) -> Obstacle:
+    def obstacle_on(self, way: Array, sigma_m: float) -> Obstacle:
         """Take a craft whose place has a standard deviation (metres) to go a way."""
         return Obstacle(way, self._least_m + min(_SIGMAS * sigma_m, self._least_m))
 
     # -- inside -------------------------------------------------------------------------------------------------
 
-    def _way(self, runner: Runner, rate: float) -> Way:
-        return way_on_plan(self._plan[runner.craft], self._time, runner.place, runner.plan_s, rate)
+    def _ways_of(self, runners: Sequence[Runner]) -> Array:
+        rows = np.array([self._order[runner.craft] for runner in runners])
+        numbers = np.array([(*runner.place, runner.plan_s, runner.rate) for runner in runners])
+        return self._ways.ways(rows, numbers[:, :3], numbers[:, 3], numbers[:, 4])
 
-    def _meet(self, inorder: Sequence[Runner], obstacles: Sequence[Obstacle]) -> bool:
-        """Whether anybody comes too near to anybody, if all go on as fast as they do."""
-        ways = [*(runner.way for runner in inorder), *(obstacle.way for obstacle in obstacles)]
-        for turn, (runner, distances) in enumerate(zip(inorder, nearest_m(ways), strict=False)):
-            for ahead, distance_m in zip(inorder[:turn], distances, strict=False):
-                if distance_m < 2.0 * self._least_m and distance_m < self._distance_m(runner, ahead):
-                    return True
-            for obstacle, distance_m in zip(obstacles, distances[len(inorder) :], strict=True):
-                if distance_m < obstacle.least_m:
-                    return True
-        return False
+    def _way(self, runner: Runner, rate: float) -> Array:
+        way: Array = self._ways_of([Runner(runner.craft, runner.place, runner.plan_s, runner.sigma_m, rate)])[0]
+        return way
 
-    def _give_way(self, runner: Runner, ahead: Sequence[Runner], obstacles: Sequence[Obstacle]) -> None:
-        """Slow a craft down as far as it has to, for those whose turn was before it."""
-        plan, plan_s = self._plan[runner.craft], runner.plan_s
-        course_rad = plan.course_rad(self._time.progress(plan_s))
-        watched = [(mate.way, self._distance_m(runner, mate)) for mate in ahead]
-        watched += [(each.way, each.least_m) for each in obstacles if each.is_ahead(runner.place, course_rad)]
+    def _fastest(self, runner: Runner, others: Array, least_m: Array) -> float:
+        least = self._yielding_mps / self._time.speed(runner.craft, runner.plan_s)
+        return fastest(lambda rate: keeps(self._way(runner, rate), others, least_m), least, runner.rate)
 
-        def is_kept(rate: float) -> bool:
-            way = self._way(runner, rate)
-            return all(keeps(way, other, least_m) for other, least_m in watched)
+    def _distances_m(self, runners: Sequence[Runner]) -> Array:
+        """Least distance to be kept by any two, as sure as their places are: (n, n).
 
-        rate = fastest(is_kept, self._yielding_mps / self._time.speed(runner.craft, plan_s), runner.rate)
-        if rate < runner.rate:
-            runner.rate, runner.way = rate, self._way(runner, rate)
+        What the plan leaves is that of the moment at which the first one stands.
+        """
+        rows = np.array([self._order[runner.craft] for runner in runners])
+        planned = self._ways.points(rows, np.full((len(rows), 1), runners[0].plan_s))[:, 0]
+        room_m = np.maximum(np.linalg.norm(planned[:, None] - planned, axis=-1) - self._least_m, 0.0)
+        sigma_m = np.array([runner.sigma_m for runner in runners])
+        unsure_m = _SIGMAS * np.maximum(sigma_m[:, None], sigma_m)
+        return self._least_m + np.minimum(np.minimum(unsure_m, self._least_m), _OF_ROOM * room_m)
 
-    def _distance_m(self, one: Runner, other: Runner) -> float:
-        """Least distance to be kept by two craft, as sure as their places are."""
-        progress = self._time.progress(one.plan_s)
-        places = [(*plan.point(progress), plan.depth(progress)) for plan in (self._plan[one.craft], self._plan[other.craft])]
-        room_m = max(math.dist(*places) - self._least_m, 0.0)
-        return self._least_m + min(_SIGMAS * max(one.sigma_m, other.sigma_m), self._least_m, _OF_ROOM * room_m)
+    def _in_order(self, runners: Sequence[Runner], team: Sequence[tuple[str, float]]) -> list[int]:
+        """Who goes before whom: places in the list, the foremost first."""
+        north, east = self._common_course(team)
+
+        def rank(place: int) -> tuple[float, float, int]:
+            runner = runners[place]
+            along_m = runner.place[0] * north + runner.place[1] * east
+            return along_m, runner.plan_s, -self._order[runner.craft]
+
+        return sorted(range(len(runners)), key=rank, reverse=True)
 
     def _common_course(self, team: Sequence[tuple[str, float]]) -> tuple[float, float]:
         """North and east of the mean course of a team, craft and progress each; (0, 0) if it has none in common."""

@@ -1,80 +1,116 @@
-"""Where craft are going to be within the time looked ahead, and how near that brings two of them."""
+"""Where craft are going to be within the time looked ahead, and how near that brings them: many at once."""
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
-from grex_agent.mission import CraftPlan
+from grex_agent.mission import TeamPlan
 from grex_agent.plan_time import PlanTime
+
+Array = npt.NDArray[np.float64]
+#: North, east and depth, metres.
+Point = tuple[float, float, float]
 
 #: How far is looked ahead, seconds, and in steps of how many.
 HORIZON_S = 30.0
 STEP_S = 5.0
-_TIMES_S = tuple(STEP_S * step for step in range(round(HORIZON_S / STEP_S) + 1))
+_AFTER_S = np.arange(0.0, HORIZON_S + STEP_S, STEP_S)
 #: A distance is kept if it is short by no more, metres.
 _KEPT_M = 1e-6
 
-Point = tuple[float, float, float]
-#: Places of one craft, now and at the end of every step.
-Way = Sequence[Point]
 
-
-def way_on_plan(plan: CraftPlan, time: PlanTime, place: Point, plan_s: float, rate: float) -> list[Point]:
-    """Say where a craft is going to be that follows its plan, as far beside it as it is.
+class PlannedWays:
+    """Planned places of many craft at many times, as arrays.
 
     Parameters
     ----------
-    plan : CraftPlan
-        Its tracks; who holds at their end goes no further.
+    plan : TeamPlan
+        Tracks of everybody; who holds at their end goes no further.
     time : PlanTime
-        Of the team.
-    place : (float, float, float)
-        Where it is, north, east and depth, metres.
-    plan_s : float
-        Where it stands, as plan time, seconds.
-    rate : float
-        How fast it goes, as a share of the planned speed.
+        Their times.
     """
-    last_s = time.at(float(len(plan.tracks))) if plan.hold_at_end else math.inf
-    north, east = plan.point(time.progress(plan_s))
-    beside = place[0] - north, place[1] - east
-    ahead = (plan.point(time.progress(max(min(plan_s + rate * after_s, last_s), plan_s))) for after_s in _TIMES_S[1:])
-    return [place, *((north + beside[0], east + beside[1], place[2]) for north, east in ahead)]
+
+    def __init__(self, plan: TeamPlan, time: PlanTime) -> None:
+        craft = list(plan.craft.values())
+        numbers = range(len(craft[0].tracks))
+        self._shapes = np.array([[(*track.shape, track.depth_m) for track in each.tracks] for each in craft])
+        self._starts = [time.at(float(number)) for number in numbers]
+        self._durations = np.array([time.at(number + 1.0) for number in numbers]) - self._starts
+        end_s = time.at(float(len(numbers)))
+        self._ends = np.array([end_s if each.hold_at_end else math.inf for each in craft])
+
+    def points(self, rows: npt.NDArray[np.intp], plan_s: Array) -> Array:
+        """Find planned places.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (n,)
+            Which craft, by its place in the team.
+        plan_s : ndarray, shape (n, times)
+            Plan times, seconds.
+
+        Returns
+        -------
+        ndarray, shape (n, times, 3)
+            North, east and depth, metres.
+        """
+        number = np.maximum(np.searchsorted(self._starts, plan_s, side="right") - 1, 0)
+        theta = (plan_s - np.take(self._starts, number)) / self._durations[number]
+        a, b, c, d, radius, start, turn, depth = np.moveaxis(self._shapes[rows[:, None], number], -1, 0)
+        angle = start + turn * theta
+        return np.stack([a + b * theta + radius * np.cos(angle), c + d * theta + radius * np.sin(angle), depth], axis=-1)
+
+    def ways(self, rows: npt.NDArray[np.intp], places: Array, plan_s: Array, rates: Array) -> Array:
+        """Say where craft are going to be that follow their plans, as far beside them as they are.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (n,)
+            Which craft.
+        places : ndarray, shape (n, 3)
+            Where they are.
+        plan_s, rates : ndarray, shape (n,)
+            Where they stand, as plan time, and how fast they go, as a share of the planned speed.
+
+        Returns
+        -------
+        ndarray, shape (n, times, 3)
+            Places now and at the end of every step; the depth is that of now.
+        """
+        ends_s = np.maximum(self._ends[rows], plan_s)
+        times_s = np.minimum(plan_s[:, None] + rates[:, None] * _AFTER_S, ends_s[:, None])
+        planned = self.points(rows, times_s)
+        return places[:, None] + (planned - planned[:, :1]) * (1.0, 1.0, 0.0)
 
 
-def way_straight(place: Point, course_rad: float, speed_mps: float) -> list[Point]:
+def way_straight(place: Point, course_rad: float, speed_mps: float) -> Array:
     """Say where a craft is going to be that goes straight on; metres, radians and m/s."""
-    north, east = speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad)
-    return [(place[0] + north * after_s, place[1] + east * after_s, place[2]) for after_s in _TIMES_S]
+    return place + speed_mps * _AFTER_S[:, None] * (math.cos(course_rad), math.sin(course_rad), 0.0)
 
 
-def nearest_m(ways: Sequence[Way]) -> list[list[float]]:
-    """Least distance of any two of several craft that go straight from place to place, in step: one row a craft."""
-    places = np.array(ways)
-    away = places[:, None] - places[None, :]
-    start, move = away[:, :, :-1], np.diff(away, axis=2)
-    length2 = np.einsum("ijtk,ijtk->ijt", move, move)
-    towards = -np.einsum("ijtk,ijtk->ijt", start, move)
+def nearest_m(one: Array, other: Array) -> Array:
+    """Least distance of craft that go straight from place to place, in step; shape (..., times, 3) to (...)."""
+    away = other - one
+    start, move = away[..., :-1, :], np.diff(away, axis=-2)
+    length2, towards = (move * move).sum(axis=-1), -(start * move).sum(axis=-1)
     share = np.clip(np.divide(towards, length2, out=np.zeros_like(towards), where=length2 > 0.0), 0.0, 1.0)
-    nearest = start + share[..., None] * move
-    rows: list[list[float]] = np.sqrt(np.einsum("ijtk,ijtk->ijt", nearest, nearest).min(axis=2)).tolist()
-    return rows
+    distances: Array = np.linalg.norm(start + share[..., None] * move, axis=-1).min(axis=-1)
+    return distances
 
 
-def keeps(one: Way, other: Way, least_m: float) -> bool:
-    """Whether two craft keep a distance; if they are nearer now, whether they come no nearer and have it in the end."""
-    now_m = math.dist(one[0], other[0])
-    if math.dist(one[-1], other[-1]) < least_m - _KEPT_M:
-        return False
-    away = [(b[0] - a[0], b[1] - a[1], b[2] - a[2]) for a, b in zip(one, other, strict=True)]
-    return min(_nearest_to_origin_m(start, end) for start, end in pairwise(away)) >= min(now_m, least_m) - _KEPT_M
+def keeps(way: Array, others: Array, least_m: Array) -> bool:
+    """Whether a craft keeps its distances; of one that it is nearer to now, whether it comes no nearer and has it last.
 
-
-def _nearest_to_origin_m(start: Point, end: Point) -> float:
-    move = end[0] - start[0], end[1] - start[1], end[2] - start[2]
-    length2 = move[0] ** 2 + move[1] ** 2 + move[2] ** 2
-    towards = -(start[0] * move[0] + start[1] * move[1] + start[2] * move[2])
-    share = min(max(towards / length2, 0.0), 1.0) if length2 > 0.0 else 0.0
-    return math.hypot(start[0] + share * move[0], start[1] + share * move[1], start[2] + share * move[2])
+    Parameters
+    ----------
+    way : ndarray, shape (times, 3)
+        Its way.
+    others : ndarray, shape (n, times, 3)
+        Those of others.
+    least_m : ndarray, shape (n,)
+        The distances.
+    """
+    ends = np.linalg.norm(others[:, [0, -1]] - way[[0, -1]], axis=-1)
+    nearest = nearest_m(way, others)
+    return bool(((ends[:, 1] >= least_m - _KEPT_M) & (nearest >= np.minimum(ends[:, 0], least_m) - _KEPT_M)).all())
