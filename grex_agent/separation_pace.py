@@ -101,8 +101,11 @@ class MatePace:
             self._jumped = False
 
     def _hear(self, now_s: float, plan_s: float) -> None:
+        """Compare a belief that has just been corrected with one of before."""
         if self._heard is None:
             self._heard = now_s, plan_s
         elif now_s - self._heard[0] >= _BETWEEN_S:
             self._by_messages = max((plan_s - self._heard[1]) / (now_s - self._heard[0]), 0.0)
             self._heard = now_s, plan_s
+            for step in self._since_heard:
+                step.thought = min(step.thought, self._no_faster)
