@@ -35,13 +35,14 @@ import math
 from collections.abc import Collection, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from grex_agent.closest import closest_approach
 from grex_agent.mission import TeamPlan, planned_places
 from grex_agent.plan_time import PlanTime
 from grex_agent.separation_pace import MatePace
-from grex_agent.separation_turns import Obstacle, Runner, Turns, fastest
-from grex_agent.separation_ways import HORIZON_S, Point, keeps, way_straight
+from grex_agent.separation_turns import Obstacle, Runner, Turns
+from grex_agent.separation_ways import HORIZON_S, Array, Point, fastest, keep, ways_straight
 from grex_link.config import Scenario
 from grex_link.errors import ConfigError
 from grex_link.messages import MateBelief
@@ -209,10 +210,10 @@ class SeparationGuard:
             return ordered_mps, False
         ways, least_m = np.array([each.way for each in ahead]), np.array([each.least_m for each in ahead])
 
-        def is_kept(speed_mps: float) -> bool:
-            return keeps(way_straight(place, course_rad, speed_mps), ways, least_m)
+        def are_kept(speeds_mps: Array) -> npt.NDArray[np.bool_]:
+            return keep(ways_straight(place, course_rad, speeds_mps), ways, least_m)
 
-        limited_mps = fastest(is_kept, self._yielding_mps, ordered_mps)
+        limited_mps = fastest(are_kept, self._yielding_mps, ordered_mps)
         return limited_mps, limited_mps < ordered_mps
 
     # -- inside -------------------------------------------------------------------------------------------------
@@ -259,7 +260,7 @@ class SeparationGuard:
             gone_m = told.speed_mps * (now_s - told.t_s)
             north = told.north_m + gone_m * math.cos(told.heading_rad)
             east = told.east_m + gone_m * math.sin(told.heading_rad)
-            way = way_straight((north, east, told.depth_m), told.heading_rad, told.speed_mps)
+            way = ways_straight((north, east, told.depth_m), told.heading_rad, np.array([told.speed_mps]))[0]
             obstacles.append(self._turns.obstacle_on(way, told.sigma_m))
         return obstacles
 

@@ -1,22 +1,20 @@
 """Who gives way to whom, and how fast everybody may go: every craft in its turn, from the foremost on."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from grex_agent.mission import TeamPlan
 from grex_agent.plan_time import PlanTime
-from grex_agent.separation_ways import Array, PlannedWays, Point, keeps, nearest_m
+from grex_agent.separation_ways import Array, PlannedWays, Point, fastest, keep, nearest_m
 
 _SIGMAS = 2.0
 #: Of what the plan leaves between two craft beyond the minimum, this share may be asked for.
 _OF_ROOM = 0.5
 #: A mean of unit vectors shorter than this is no common course.
 _COMMON = 0.5
-#: So often the range of speeds is halved: to a hundredth of it.
-_HALVINGS = 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,19 +42,6 @@ class Obstacle:
         """Whether it is ahead of a place on a course."""
         north, east = float(self.way[0, 0]) - place[0], float(self.way[0, 1]) - place[1]
         return north * math.cos(course_rad) + east * math.sin(course_rad) > 0.0
-
-
-def fastest(is_kept: Callable[[float], bool], least: float, most: float) -> float:
-    """Find the greatest speed between two with which a distance is kept: the least one if it is kept with none."""
-    if most <= least or is_kept(most):
-        return most
-    if not is_kept(least):
-        return least
-    kept, broken = least, most
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (kept + broken)
-        kept, broken = (middle, broken) if is_kept(middle) else (kept, middle)
-    return kept
 
 
 class Turns:
@@ -111,14 +96,14 @@ class Turns:
             before = [each for each in obstacles if each.is_ahead(runner.place, course_rad)]
             others = np.array([*ways[ahead], *(each.way for each in before)])
             least_m = np.array([*distances[place, ahead], *(each.least_m for each in before)])
-            if len(others) and not keeps(ways[place], others, least_m):
+            if len(others) and not keep(ways[place : place + 1], others, least_m)[0]:
                 rates[place] = self._fastest(runner, others, least_m)
-                ways[place] = self._way(runner, rates[place])
+                ways[place] = self._ways_at(runner, np.array([rates[place]]))[0]
         return rates
 
     def obstacle(self, runner: Runner) -> Obstacle:
         """Take a craft that follows its plan to do that whatever others do."""
-        return self.obstacle_on(self._way(runner, runner.rate), runner.sigma_m)
+        return self.obstacle_on(self._ways_of([runner])[0], runner.sigma_m)
 
     def obstacle_on(self, way: Array, sigma_m: float) -> Obstacle:
         """Take a craft whose place has a standard deviation (metres) to go a way."""
@@ -131,13 +116,13 @@ class Turns:
         numbers = np.array([(*runner.place, runner.plan_s, runner.rate) for runner in runners])
         return self._ways.ways(rows, numbers[:, :3], numbers[:, 3], numbers[:, 4])
 
-    def _way(self, runner: Runner, rate: float) -> Array:
-        way: Array = self._ways_of([Runner(runner.craft, runner.place, runner.plan_s, runner.sigma_m, rate)])[0]
-        return way
+    def _ways_at(self, runner: Runner, rates: Array) -> Array:
+        rows, places = np.full(len(rates), self._order[runner.craft]), np.tile(runner.place, (len(rates), 1))
+        return self._ways.ways(rows, places, np.full(len(rates), runner.plan_s), rates)
 
     def _fastest(self, runner: Runner, others: Array, least_m: Array) -> float:
         least = self._yielding_mps / self._time.speed(runner.craft, runner.plan_s)
-        return fastest(lambda rate: keeps(self._way(runner, rate), others, least_m), least, runner.rate)
+        return fastest(lambda rates: keep(self._ways_at(runner, rates), others, least_m), least, runner.rate)
 
     def _distances_m(self, runners: Sequence[Runner]) -> Array:
         """Least distance to be kept by any two, as sure as their places are: (n, n).

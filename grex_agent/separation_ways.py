@@ -1,6 +1,7 @@
 """Where craft are going to be within the time looked ahead, and how near that brings them: many at once."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,8 @@ Point = tuple[float, float, float]
 HORIZON_S = 30.0
 STEP_S = 5.0
 _AFTER_S = np.arange(0.0, HORIZON_S + STEP_S, STEP_S)
+#: So many speeds are tried at once.
+_SPEEDS = 17
 #: A distance is kept if it is short by no more, metres.
 _KEPT_M = 1e-6
 
@@ -84,9 +87,10 @@ class PlannedWays:
         return places[:, None] + (planned - planned[:, :1]) * (1.0, 1.0, 0.0)
 
 
-def way_straight(place: Point, course_rad: float, speed_mps: float) -> Array:
-    """Say where a craft is going to be that goes straight on; metres, radians and m/s."""
-    return place + speed_mps * _AFTER_S[:, None] * (math.cos(course_rad), math.sin(course_rad), 0.0)
+def ways_straight(place: Point, course_rad: float, speeds_mps: Array) -> Array:
+    """Say where a craft is going to be that goes straight on, at each of some speeds; shape (n,) to (n, times, 3)."""
+    direction = np.array([math.cos(course_rad), math.sin(course_rad), 0.0])
+    return place + speeds_mps[:, None, None] * _AFTER_S[:, None] * direction
 
 
 def nearest_m(one: Array, other: Array) -> Array:
@@ -99,18 +103,44 @@ def nearest_m(one: Array, other: Array) -> Array:
     return distances
 
 
-def keeps(way: Array, others: Array, least_m: Array) -> bool:
+def keep(ways: Array, others: Array, least_m: Array) -> npt.NDArray[np.bool_]:
     """Whether a craft keeps its distances; of one that it is nearer to now, whether it comes no nearer and has it last.
 
     Parameters
     ----------
-    way : ndarray, shape (times, 3)
-        Its way.
+    ways : ndarray, shape (m, times, 3)
+        Ways it may go.
     others : ndarray, shape (n, times, 3)
         Those of others.
     least_m : ndarray, shape (n,)
         The distances.
+
+    Returns
+    -------
+    ndarray of bool, shape (m,)
+        Of each way.
     """
-    ends = np.linalg.norm(others[:, [0, -1]] - way[[0, -1]], axis=-1)
-    nearest = nearest_m(way, others)
-    return bool(((ends[:, 1] >= least_m - _KEPT_M) & (nearest >= np.minimum(ends[:, 0], least_m) - _KEPT_M)).all())
+    own = ways[:, None]
+    ends = np.linalg.norm(others[:, [0, -1]] - own[:, :, [0, -1]], axis=-1)
+    comes_m = np.minimum(ends[..., 0], least_m) - _KEPT_M
+    kept: npt.NDArray[np.bool_] = (ends[..., 1] >= least_m - _KEPT_M) & (nearest_m(own, others) >= comes_m)
+    return kept.all(axis=-1)
+
+
+def fastest(are_kept: Callable[[Array], npt.NDArray[np.bool_]], least: float, most: float) -> float:
+    """Find the greatest speed between two with which a distance is kept, to a 250th: if it is with none, the least.
+
+    Whoever yields goes behind: of speeds that keep the distance, only those count that are less than all that do not.
+    """
+    if most <= least:
+        return most
+    for _ in range(2):
+        speeds = np.linspace(least, most, _SPEEDS)
+        kept = are_kept(speeds)
+        if kept[-1]:
+            return most
+        if not kept[0]:
+            return least
+        broken = int(np.argmin(kept))
+        least, most = float(speeds[broken - 1]), float(speeds[broken])
+    return least

@@ -52,7 +52,7 @@ def test_one_craft_alone_has_no_closest_approach():
 
 
 COLUMN = """
-duration_s = 300
+duration_s = 220
 [team]
 separation_min_m = 8.0
 [fleet]
