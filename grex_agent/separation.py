@@ -15,9 +15,10 @@ which the two come no nearer and it is kept at the end of T. For one behind the 
 so it slows down smoothly, no more than it has to, and who follows can slow down, too. It never goes slower than
 `speed_min_mps`, so nobody is made to stop and the gap opens by itself.
 
-A mate that yields slows down unnoticed until its next message. But who is behind whom is known to all: every craft works
-out what the guards of the mates near it do, from the foremost on, and takes them to be held back accordingly since they
-were last heard. That is why a column can follow. In a formation that is kept no guard acts, and nothing is changed.
+A mate that yields slows down unnoticed until its next message. But who is behind whom is known to all: every craft
+works out what the guards of the mates near it do, from the foremost on, and takes them to be held back accordingly
+since they were last heard. That is why a column can follow. In a formation that is kept no guard acts, and nothing is
+changed.
 
 A mate's place is not known exactly: the minimum is greater by twice its standard deviation, but at most doubled, and by
 no more than half of what the plan leaves between the two. More care would only slow down everybody behind.
@@ -26,9 +27,10 @@ A craft on a task of its own is not where its plan says. Where it has told its p
 there, for a minute at most, and whoever has it ahead yields. On a task, a craft yields to whoever is ahead of it on its
 own course.
 
-Not covered: a mate that slows down by itself, until its next message comes; a mate that stands still (one goes on at
-`speed_min_mps`); a mate on a task that has not said where it is, or turns after it has; and craft that stand by or are
-called from there, which have no guard, though mates yield to what they tell.
+Not covered: a mate that slows down by itself, until its next message comes; a mate that stands still, or comes head on
+(one goes on at `speed_min_mps`); a mate on a task that has not said where it is and whither it heads, or turns after it
+has; and craft that stand by or are called from there, which have no guard, though others yield to what they tell. A
+speed is all that is changed: who has a place ahead of a mate in its own lane to return to, stays behind that mate.
 """
 
 import math
@@ -52,6 +54,8 @@ from grex_link.wire import TeamState
 _ROUNDING = 0.005
 #: Speeds that differ by less are the same, m/s.
 _SAME_MPS = 1e-9
+#: Where tracks change, so long what is ordered may be for the next one already.
+_CHANGE_S = 2.0
 #: What the craft makes more than it is ordered counts as its average over so many seconds.
 _EXCESS_S = 10.0
 #: So long a craft on a task is taken to go straight on from where it was.
@@ -171,7 +175,7 @@ class SeparationGuard:
         limited_mps = ordered_mps
         if runners or obstacles:
             plan_s = self._time.at(progress)
-            planned_mps = self._time.speed(self._craft, plan_s)
+            planned_mps = max(self._time.speed(self._craft, at_s) for at_s in (plan_s, plan_s + _CHANGE_S))
             own = Runner(self._craft, place, plan_s, 0.0, makes_mps / planned_mps)
             team = [(self._craft, progress), *((mate.craft, mate.progress) for mate in known)]
             own_rate, *rates = self._turns.rates([own, *runners], obstacles, team)
@@ -219,7 +223,7 @@ class SeparationGuard:
     # -- inside -------------------------------------------------------------------------------------------------
 
     def _excess(self, now_s: float, ordered_mps: float, speed_mps: float) -> float:
-        """What the craft makes more than it is ordered, m/s."""
+        """Average what the craft makes more than it is ordered, m/s."""
         if self._excess_mps is None:
             self._excess_mps = max(speed_mps - ordered_mps, 0.0)
         else:

@@ -134,7 +134,8 @@ class Turns:
         room_m = np.maximum(np.linalg.norm(planned[:, None] - planned, axis=-1) - self._least_m, 0.0)
         sigma_m = np.array([runner.sigma_m for runner in runners])
         unsure_m = _SIGMAS * np.maximum(sigma_m[:, None], sigma_m)
-        return self._least_m + np.minimum(np.minimum(unsure_m, self._least_m), _OF_ROOM * room_m)
+        distances: Array = self._least_m + np.minimum(np.minimum(unsure_m, self._least_m), _OF_ROOM * room_m)
+        return distances
 
     def _in_order(self, runners: Sequence[Runner], team: Sequence[tuple[str, float]]) -> list[int]:
         """Who goes before whom: places in the list, the foremost first."""

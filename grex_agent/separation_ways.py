@@ -62,7 +62,9 @@ class PlannedWays:
         theta = (plan_s - np.take(self._starts, number)) / self._durations[number]
         a, b, c, d, radius, start, turn, depth = np.moveaxis(self._shapes[rows[:, None], number], -1, 0)
         angle = start + turn * theta
-        return np.stack([a + b * theta + radius * np.cos(angle), c + d * theta + radius * np.sin(angle), depth], axis=-1)
+        return np.stack(
+            [a + b * theta + radius * np.cos(angle), c + d * theta + radius * np.sin(angle), depth], axis=-1
+        )
 
     def ways(self, rows: npt.NDArray[np.intp], places: Array, plan_s: Array, rates: Array) -> Array:
         """Say where craft are going to be that follow their plans, as far beside them as they are.
@@ -90,7 +92,8 @@ class PlannedWays:
 def ways_straight(place: Point, course_rad: float, speeds_mps: Array) -> Array:
     """Say where a craft is going to be that goes straight on, at each of some speeds; shape (n,) to (n, times, 3)."""
     direction = np.array([math.cos(course_rad), math.sin(course_rad), 0.0])
-    return place + speeds_mps[:, None, None] * _AFTER_S[:, None] * direction
+    ways: Array = np.array(place) + speeds_mps[:, None, None] * _AFTER_S[:, None] * direction
+    return ways
 
 
 def nearest_m(one: Array, other: Array) -> Array:
@@ -123,8 +126,9 @@ def keep(ways: Array, others: Array, least_m: Array) -> npt.NDArray[np.bool_]:
     own = ways[:, None]
     ends = np.linalg.norm(others[:, [0, -1]] - own[:, :, [0, -1]], axis=-1)
     comes_m = np.minimum(ends[..., 0], least_m) - _KEPT_M
-    kept: npt.NDArray[np.bool_] = (ends[..., 1] >= least_m - _KEPT_M) & (nearest_m(own, others) >= comes_m)
-    return kept.all(axis=-1)
+    keeps = (ends[..., 1] >= least_m - _KEPT_M) & (nearest_m(own, others) >= comes_m)
+    kept: npt.NDArray[np.bool_] = keeps.all(axis=-1)
+    return kept
 
 
 def fastest(are_kept: Callable[[Array], npt.NDArray[np.bool_]], least: float, most: float) -> float:

@@ -93,9 +93,11 @@ def test_a_column_follows_a_slow_mate(link, estimator, spacing_m, kept_m):
 
 def test_a_column_of_ten_follows():
     """Each of ten in a column slows down in time for the one in front."""
-    summary = fly_text(COLUMN, "fleet.count=10", 'link.profile="s2c_im"', 'team.estimator="along_track"', "duration_s=160")
+    summary = fly_text(
+        COLUMN, "fleet.count=10", 'link.profile="s2c_im"', 'team.estimator="along_track"', "duration_s=120"
+    )
     assert summary.closest.distance_m > 7.9
-    assert len(summary.unhealthy_steps) > 5
+    assert len(summary.unhealthy_steps) >= 4
 
 
 TURNING = """

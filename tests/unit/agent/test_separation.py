@@ -70,9 +70,8 @@ def test_who_catches_up_yields_as_far_as_it_has_to(apart_m, limit_mps):
 
 def test_who_has_to_wait_goes_on():
     """Behind a mate that is believed to stand still, a craft slows down to the least speed, and no further."""
-    own, limits = guard("auv1"), []
-    for second in range(40):
-        limits.append(own.limit(second, 1.0, 0.0, (100.0, 0.0, 0.0), 0.25, [belief("auv2", 112.0, 0.0)])[0])
+    own, mate = guard("auv1"), [belief("auv2", 112.0, 0.0)]
+    limits = [own.limit(second, 1.0, 0.0, (100.0, 0.0, 0.0), 0.25, mate)[0] for second in range(40)]
     assert limits[0] == 1.0
     assert limits == sorted(limits, reverse=True)
     assert limits[-1] == SCENARIO.team.speed_min_mps
@@ -134,13 +133,18 @@ def test_across_the_end_of_a_track():
     """A mate beyond the corner is seen coming as one before it: looked ahead along the plan, not straight on."""
     plan = PLAN.craft["auv1"]
     near = plan.point(1.02)
-    assert guard("auv1").limit(0.0, 2.5, 0.0, (*plan.point(0.98), 0.0), 0.98, [MateBelief("auv2", *near, 1.02, 0.0, 1.0)])[1]
+    assert guard("auv1").limit(
+        0.0, 2.5, 0.0, (*plan.point(0.98), 0.0), 0.98, [MateBelief("auv2", *near, 1.02, 0.0, 1.0)]
+    )[1]
 
 
 @pytest.mark.parametrize("north", [math.nan, math.inf])
 def test_a_belief_that_is_no_number(north):
     """Of a mate of whom nothing finite is believed, nothing follows."""
-    assert guard("auv1").limit(0.0, 1.2, 0.0, (100.0, 0.0, 0.0), 0.25, [belief("auv2", north, 0.0, 0.3)]) == (1.2, False)
+    assert guard("auv1").limit(0.0, 1.2, 0.0, (100.0, 0.0, 0.0), 0.25, [belief("auv2", north, 0.0, 0.3)]) == (
+        1.2,
+        False,
+    )
 
 
 def test_what_it_makes_more_than_ordered_is_taken_off():
