@@ -213,3 +213,16 @@ def test_who_leaves_for_a_task_lets_the_others_pass():
     assert kept.closest.distance_m > 9.5
     assert [*kept.unhealthy_steps] == ["auv1"]
     assert [line.status for line in kept.tasks] == ["started", "done", "started", "done", "returned"]
+
+
+CREEPING = BREAKING_OFF.replace('"abreast"\nspacing_m = 40.0', '"astern"\nspacing_m = 20.0').replace(
+    "at_ned_m = [120.0, 60.0, 0.0], speed_mps = 1.2", "at_ned_m = [150.0, 0.0, 0.0], speed_mps = 0.5"
+)
+
+
+def test_who_is_on_a_task_ahead_is_followed():
+    """Behind a mate whose task makes it slow the minimum is kept from where it is, not from where its plan says."""
+    assert fly_text(CREEPING).closest.distance_m < 2.0
+    kept = fly_text(CREEPING, "team.separation_min_m=10.0")
+    assert kept.closest.distance_m > 9.0
+    assert kept.unhealthy_steps["auv2"]["separation"] > 50

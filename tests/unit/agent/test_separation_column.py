@@ -109,6 +109,17 @@ def test_what_the_belief_knows_is_no_lag():
     assert mate.lag_s == 0.0
 
 
+def test_a_message_that_comes_late_tells_of_the_time_since():
+    """What a jump tells of the speed of a mate holds from when it was heard on, not only from when the message came."""
+    mate = pace(*[1.0] * 31)
+    for second in range(31, 62):
+        plan_s = second + 1.0 - 6.0 * (second >= 60)
+        age_s = second - (50.0 if second >= 60 else 20.0)
+        mate.see(float(second), MateBelief("auv1", 0.0, 0.0, plan_s / 400.0, 0.0, age_s))
+        mate.held(mate.rate)
+    assert mate.lag_s == pytest.approx(0.2 * 10.0, abs=0.5)
+
+
 def test_what_was_before_it_was_heard_is_no_lag():
     """A lag counts from the moment on of which a mate has told last."""
     mate = MatePace(PlanTime(PLAN))
@@ -161,7 +172,7 @@ def test_an_older_state_does_not_count():
     """Of two states the later one counts, in whatever order they come."""
     own = guard("auv2")
     own.hear("auv1", told(500.0, 0.0, 0.0, 1.0, time_s=5.0))
-    own.hear("auv1", told(105.0, 0.0, 0.0, 1.0, time_s=1.0))
+    own.hear("auv1", told(103.0, 0.0, 0.0, 1.0, time_s=1.0))
     assert not own.limit(5.0, 1.0, 1.0, (100.0, 0.0, 0.0), progress("auv2", 100.0), [], ["auv1"])[1]
 
 
@@ -178,6 +189,37 @@ def test_on_a_task_it_yields_to_who_is_ahead_on_its_own_course():
     assert on_task(270.0, belief("auv2", 40.0)) == (1.0, False)
     assert on_task(90.0, belief("auv2", 100.0)) == (1.0, False)
     assert on_task(270.0) == (1.0, False)
+
+
+def test_on_a_task_it_goes_on_before_who_is_behind():
+    """A craft on a task does not slow down for a mate that is near and behind it on its own course."""
+    assert guard("auv3").limit_on_task(0.0, 1.0, 0.0, (100.0, 4.0, 0.0), [belief("auv2", 94.0)]) == (1.0, False)
+    assert guard("auv3").limit_on_task(0.0, 1.0, 0.0, (100.0, 4.0, 0.0), [belief("auv2", 106.0)])[1]
+
+
+def test_who_holds_at_its_end_is_taken_to_stay():
+    """A mate at the end of its tracks, where it holds, is not taken to go on."""
+    for at_end, yields in (("hold", True), ("continue", False)):
+        scenario = loads(ASTERN_END, [f'mission.at_end="{at_end}"'])
+        plan = plan_mission(scenario)
+        end = plan.craft["auv1"].point(1.0)
+        mate = [MateBelief("auv1", *end, 1.0, 0.0, 1.0)]
+        place, progress = (end[0] - 30.0, end[1], 0.0), 1.0 - 18.0 / 400.0
+        assert load_guard(scenario, "auv2", plan).limit(0.0, 1.0, 1.0, place, progress, mate)[1] == yields
+
+
+ASTERN_END = """
+[fleet]
+count = 2
+[team]
+separation_min_m = 14.0
+[mission]
+type = "lawnmower"
+legs = 1
+[mission.formation]
+type = "astern"
+spacing_m = 12.0
+"""
 
 
 def test_on_a_task_that_holds_it_holds():
