@@ -35,6 +35,11 @@ class _Step:
     believed: float
     thought: float
 
+    @property
+    def lag_s(self) -> float:
+        """How much less it has gone than believed, seconds of plan time."""
+        return max(self.believed - self.thought, 0.0) * self.step_s
+
 
 class MatePace:
     """See the module's docstring; one a mate.
@@ -52,6 +57,7 @@ class MatePace:
         self._believed = self._by_steps = self._by_messages = 1.0
         self._heard: tuple[float, float] | None = None
         self._since_heard: deque[_Step] = deque()
+        self._lag_s = 0.0
         self._jumped = False
 
     @property
@@ -62,7 +68,7 @@ class MatePace:
     @property
     def lag_s(self) -> float:
         """How far behind the belief it is taken to be, seconds of plan time."""
-        return sum(max(step.believed - step.thought, 0.0) * step.step_s for step in self._since_heard)
+        return max(self._lag_s, 0.0)
 
     def see(self, now_s: float, belief: MateBelief) -> None:
         """Take what is believed of the mate at a step; times in seconds."""
@@ -73,13 +79,16 @@ class MatePace:
             self._go_on(now_s, step_s, plan_s, age_s)
         self._seen_s, self._step_s, self._plan_s, self._age_s = now_s, step_s, plan_s, age_s
         while self._since_heard and self._since_heard[0].end_s <= now_s - age_s:
-            self._since_heard.popleft()
+            self._lag_s -= self._since_heard.popleft().lag_s
+        if not self._since_heard:
+            self._lag_s = 0.0  # What rounding has left of it.
 
     def held(self, rate: float) -> None:
         """Say how fast it may go at this step: less than `rate` of above, if its guard holds it back."""
         if self._step_s > 0.0:
             thought = min(rate if rate < self.rate else self._no_faster, self._believed)
             self._since_heard.append(_Step(self._seen_s, self._step_s, self._believed, thought))
+            self._lag_s += self._since_heard[-1].lag_s
 
     # -- inside -------------------------------------------------------------------------------------------------
 
@@ -98,6 +107,7 @@ class MatePace:
             # Since the mate was heard the belief has gone as fast as it does now, not as fast as it did then.
             for step in self._since_heard:
                 step.believed = self._believed
+            self._add_up()
             self._jumped = False
 
     def _hear(self, now_s: float, plan_s: float) -> None:
@@ -109,3 +119,7 @@ class MatePace:
             self._heard = now_s, plan_s
             for step in self._since_heard:
                 step.thought = min(step.thought, self._no_faster)
+            self._add_up()
+
+    def _add_up(self) -> None:
+        self._lag_s = sum(step.lag_s for step in self._since_heard)
