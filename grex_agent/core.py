@@ -5,7 +5,7 @@ controller (eq. 2) orders the speed and the guidance the course. In the own slot
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Literal
 
 import msgspec
@@ -160,8 +160,7 @@ class AgentCore:
         states = [report for report in heard if isinstance(report, Report)]
         task = self._tasks.step(now_ns, fix, states, mates, lost=lost)
         health += self._tasks.health
-        if task is None:
-            ordered = self._keep_apart(ordered, health)
+        ordered, task = self._keep_apart(time_ns / NS, ordered, task, states, health)
         taut = task is None and self._own is not None and self._cable.taut(self._own, self._beliefs)
         health += ["cable_taut"] if taut else []
         yield from self._speak(now_ns, health, lost=lost)
@@ -198,16 +197,28 @@ class AgentCore:
         health.append("speed_limited")
         return min(max(ordered, least), most) if math.isfinite(ordered) else planned
 
-    def _keep_apart(self, ordered_mps: float, health: list[str]) -> float:
-        """Yield to a mate that would be too near."""
+    def _keep_apart(
+        self, now_s: float, ordered_mps: float, task: Steering | None, heard: Iterable[Report], health: list[str]
+    ) -> tuple[float, Steering | None]:
+        """Yield to a mate that would be too near: what is ordered by the law, and by a task."""
         if self._guard is None or self._fix is None or self._own is None:
-            return ordered_mps
-        place = self._own.north_m, self._own.east_m, self._fix.down_m
-        speed_mps = self._navigation.speed_over_ground(self._fix)
-        limited_mps, yields = self._guard.limit(ordered_mps, speed_mps, place, self._own.progress, self._beliefs)
+            return ordered_mps, task
+        for report in heard:
+            self._guard.hear(report.craft, report.state)
+        place, on_task = (self._own.north_m, self._own.east_m, self._fix.down_m), self._tasks.on_task
+        if task is None:
+            speed_mps = self._navigation.speed_over_ground(self._fix)
+            ordered_mps, yields = self._guard.limit(
+                now_s, ordered_mps, speed_mps, place, self._own.progress, self._beliefs, on_task
+            )
+        else:
+            limited_mps, yields = self._guard.limit_on_task(
+                now_s, task.speed_mps, task.course_rad, place, self._beliefs, on_task
+            )
+            task = task._replace(speed_mps=limited_mps)
         if yields:
             health.append("separation")
-        return limited_mps
+        return ordered_mps, task
 
     def _speak(self, now_ns: int, health: list[str], *, lost: bool) -> list[Output]:
         """Ask the modem for everything that is to be said before the next step."""

@@ -143,7 +143,7 @@ class OwnFilter:
         index = len(self._history) - 1 - place
         step = self._history[index]
         seen = self._surprise(step, step.after, heard)
-        verdict = self._gate.judge(heard.craft, heard.t_s, seen.squared)
+        verdict = self._gate.judge(heard.craft, heard.t_s, seen.sigmas)
         if verdict == "outlier":
             return False
         step.ranges.append((heard, verdict == "wrong"))

@@ -65,9 +65,9 @@ class Surprise(NamedTuple):
     noise_m2: float
 
     @property
-    def squared(self) -> float:
-        """Square of the innovation over its variance: χ² with one degree of freedom if all is well."""
-        return self.innovation_m**2 / self.variance_m2
+    def sigmas(self) -> float:
+        """Innovation over its standard deviation: normal if all is well."""
+        return self.innovation_m / math.sqrt(self.variance_m2)
 
 
 def surprise(

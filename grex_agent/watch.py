@@ -98,7 +98,7 @@ class Watch:
         north, east, down = self._base.place_ned_m
         here = heard._replace(north_m=north, east_m=east, down_m=down, sigma_m=0.0)
         seen = surprise(x, here, self._told.depth_m, self._ranging.sigma_m)
-        verdict = self._gate.judge(heard.craft, heard.there_s, seen.squared)
+        verdict = self._gate.judge(heard.craft, heard.there_s, seen.sigmas)
         if verdict == "outlier":
             return False
         if verdict == "wrong":

@@ -119,8 +119,8 @@ class TeamConfig(Config, frozen=True):
     fix_timeout_s: Positive = 5.0
     """A fix older than this is stale: the craft holds until there is a new one."""
     separation_min_m: Positive | None = None
-    """Whoever would come nearer than this to a mate ahead, metres, slows down to ``speed_min_mps``.
-    Left out: no guard."""
+    """Whoever would come nearer than this to a mate ahead, metres, slows down as far as it has to, and never below
+    ``speed_min_mps``. Left out: no guard."""
     bias_max_relative: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.15
     """The own speed error that is removed, as a share of the speed ordered, is at most this."""
     reference: ReferenceConfig = ReferenceConfig()

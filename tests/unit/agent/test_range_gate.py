@@ -1,19 +1,19 @@
-"""Whose fault it is that ranges surprise: literal squared surprises, against a limit of 9."""
+"""Whose fault it is that ranges surprise: literal surprises in sigmas, against a limit of 3."""
 
 from grex_agent.range_gate import Gate
 
-GOOD, BAD = 1.0, 10.0
+GOOD, BAD = 1.0, 4.0
 
 
 def judged(*ranges, every_s=10.0):
-    """What a gate says of ranges (mate, squared surprise), one every so often."""
+    """What a gate says of ranges (mate, surprise), one every so often."""
     gate = Gate(9.0)
-    return [gate.judge(mate, number * every_s, squared) for number, (mate, squared) in enumerate(ranges)]
+    return [gate.judge(mate, number * every_s, sigmas) for number, (mate, sigmas) in enumerate(ranges)]
 
 
 def test_of_one_mate_several_outliers_in_a_row_are_none():
     """Four surprising ranges are left out, the fifth in a row is not: the position is wrong. A good one begins anew."""
-    verdicts = judged(*(("boat", squared) for squared in (BAD, BAD, 8.9, BAD, BAD, BAD, BAD, BAD, BAD)))
+    verdicts = judged(*(("boat", sigmas) for sigmas in (BAD, BAD, -2.9, BAD, BAD, BAD, BAD, BAD, BAD)))
     assert verdicts == ["outlier", "outlier", "good", *["outlier"] * 4, "wrong", "outlier"]
 
 
@@ -27,6 +27,19 @@ def test_a_bad_mate_is_left_out_for_good():
 def test_a_bad_mate_is_left_out_however_seldom_the_good_one_is_asked():
     """Five ranges to the bad mate between two to the good one that fit do not make the own position wrong."""
     assert "wrong" not in judged(*[("ship", GOOD), *[("boat", BAD)] * 9] * 5)
+
+
+def test_a_mate_that_always_surprises_the_same_way_does_not_fit():
+    """Ranges that are always two sigmas too long pass five times and no more; if in turns too short, always."""
+    long = judged(*[("ship", GOOD), ("boat", 2.0)] * 12)
+    assert long[1::2] == [*["good"] * 5, *["outlier"] * 7]
+    assert set(long[::2]) == {"good"}
+    assert set(judged(*[("ship", GOOD), ("boat", 2.0), ("ship", GOOD), ("boat", -2.0)] * 12)) == {"good"}
+
+
+def test_the_only_mate_may_surprise_the_same_way():
+    """Who ranges to one mate alone follows it: it is the own position that leans."""
+    assert set(judged(*[("boat", 2.0)] * 30)) == {"good"}
 
 
 def test_a_bad_mate_that_happens_to_fit_is_not_trusted():
