@@ -37,14 +37,15 @@ class Acknowledgements:
     Attributes
     ----------
     intervals : int
-        How many of them are told of each mate; 0 if there is no room.
+        How many of them are told of each mate; 0 if there is no room, or no mate.
     """
 
     def __init__(self, craft: str, team: Sequence[str], interval_s: float) -> None:
         self._craft = craft
         self._mates_of = {speaker: [mate for mate in team if mate != speaker] for speaker in team}
         self._interval_s = interval_s
-        self.intervals = HEARD_BITS // max(len(team) - 1, 1)
+        mates = len(team) - 1
+        self.intervals = HEARD_BITS // mates if mates else 0
         self._heard_s: dict[str, list[float]] = {}
 
     def hear(self, craft: str, t_s: float) -> None:

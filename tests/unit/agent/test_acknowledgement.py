@@ -60,6 +60,11 @@ def test_no_room_in_a_team_of_eight():
     assert eight.flags(20.0) == 0
 
 
+def test_alone():
+    """Who has no mate tells nothing."""
+    assert not Acknowledgements("auv1", ["auv1"], CYCLE_S).intervals
+
+
 @pytest.fixture
 def sent():
     """Own messages of 0, 30 and 60 s, each 10 s on the air."""
