@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 
 from grex_agent.capabilities import heard_up_to_m, state_form
-from grex_agent.mission import TeamPlan, range_max_m
+from grex_agent.closest import closest_approach
+from grex_agent.mission import TeamPlan, planned_places, range_max_m
 from grex_link.config import CraftClockConfig, Scenario
 from grex_link.link_config import Tdma
 from grex_link.mac import Mac, PureAlohaMac, SlottedAlohaMac, plan_mac, slot_needs
@@ -41,6 +42,7 @@ class LinkText:
 
     def __init__(self, scenario: Scenario, plan: TeamPlan, profile: ModemProfile) -> None:
         self._scenario = scenario
+        self._plan = plan
         self._profile = profile
         self._many = len(scenario.craft) > 1
         self._form = state_form(scenario, profile)
@@ -75,6 +77,7 @@ class LinkText:
         yield from entry("Form", f"{self._form}: {_CONTENT[self._form]}")
         if self._many and (isinstance(self._mac, Schedule) or not self._profile.one_speaker_at_a_time):
             yield from self._ages()
+            yield from self._separation()
         yield from self._clocks()
         yield from self._land()
 
@@ -132,6 +135,19 @@ class LinkText:
             else:
                 formula = " + ".join([*self._delays(), self._waiting(team[0])])
                 yield from entry("Mean age", f"{age_s} s = {formula}, of what the mates know of {', '.join(team)}")
+
+    def _separation(self) -> Iterator[str]:
+        """Say what the guard that keeps craft apart has room for: a mate slows down unnoticed until it is heard."""
+        least_m, nearest = self._scenario.team.separation_min_m, closest_approach(planned_places(self._plan))
+        if least_m is None or nearest is None:
+            return
+        unheard_s = self._mac.interval_ns / NS + sum(self._delays().values())
+        room_m = max(nearest.distance_m - least_m, 0.0)
+        yield from entry(
+            "Separation",
+            f"{least_m:g} m, of {nearest.distance_m:.1f} m planned at the nearest: in one lane, the craft ahead may "
+            f"lose {room_m / unheard_s:.2f} m/s in the {unheard_s:.1f} s from one message to the arrival of the next",
+        )
 
     def _delays(self) -> dict[str, float]:
         """Parts of the delay from the sampling of a state until a mate has it, seconds, by their symbols."""

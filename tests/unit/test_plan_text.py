@@ -173,6 +173,17 @@ def test_loss_makes_news_older():
     assert entry(text_of("paper-d", "link.loss=0.2"), "Mean age").startswith("32.5 s = T + C·(1/(1 - 0.2) - 1/2)")
 
 
+def test_what_the_guard_has_room_for():
+    """Of 25.7 m between craft 17.7 m are to spare, and a mate may be unheard for C + T = 40 s; no guard, no line."""
+    text = text_of("paper-d", "team.separation_min_m=8.0")
+    nearest_m = math.hypot(6.0, 25.0)
+    assert entry(text, "Separation") == (
+        f"8 m, of {nearest_m:.1f} m planned at the nearest: in one lane, the craft ahead may lose "
+        f"{(nearest_m - 8.0) / 40.0:.2f} m/s in the 40.0 s from one message to the arrival of the next"
+    )
+    assert "Separation" not in text_of("paper-d")
+
+
 def test_a_craft_alone_is_known_to_nobody():
     """A team of one has no mean age, and nobody who is never heard."""
     text = text_of(TRACKS)
