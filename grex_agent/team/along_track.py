@@ -67,6 +67,7 @@ class AlongTrackFirst:
         self._row_of = {craft: row for row, craft in enumerate(self._mates)}
         #: When each mate last said what has been worked in; −∞ as long as it has been silent.
         self._heard_s = np.full(len(self._mates), -math.inf)
+        self._silent = np.ones(len(self._mates), dtype=bool)
         team = context.scenario.team
         speed = SpeedModel(team.speed_model)
         plans = [context.plan.craft[craft] for craft in self._modelled()]
@@ -85,7 +86,8 @@ class AlongTrackFirst:
     def step(self, now_s: float, own: Own, sent: Sequence[TeamState], heard: Sequence[Report]) -> list[MateBelief]:
         """Advance, work in what was heard, and say what is believed; see `TeamEstimator`."""
         del sent
-        self._advance(now_s, heard)
+        self._rows.advance(now_s)
+        self._hear(heard)
         self._rows.drive(own.progress)
         return self._beliefs(now_s)
 
@@ -98,17 +100,18 @@ class AlongTrackFirst:
     def _modelled(self) -> list[str]:
         return self._mates
 
-    def _advance(self, now_s: float, heard: Sequence[Report]) -> None:
-        self._rows.advance(now_s)
+    def _hear(self, heard: Sequence[Report]) -> None:
         for report in heard:
             row = self._row_of[report.craft]
             if self._rows.correct(row, report.state):
                 self._heard_s[row] = max(self._heard_s[row], report.state.t_s)
+                self._silent[row] = False
 
     def _beliefs(self, now_s: float) -> list[MateBelief]:
         rows = self._rows
         north, east = rows.points()
-        age = np.where(self._heard_s > -math.inf, now_s - self._heard_s, -1.0)
+        age = now_s - self._heard_s
+        age[self._silent] = -1.0
         numbers = (array.tolist() for array in (north, east, rows.progress, rows.sigma_m, age))
         return list(map(MateBelief, self._mates, *numbers))  # rows of oneself, the last ones, have no mate to go with
 
@@ -155,7 +158,7 @@ class AlongTrack(AlongTrackFirst):
             self._leave(state, now_s)
         for report in heard:
             self._learn(report)
-        self._advance(now_s, heard)
+        self._hear(heard)
         self._rows.drive(None)
         return self._beliefs(now_s)
 

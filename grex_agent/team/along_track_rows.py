@@ -134,9 +134,9 @@ class AlongTrackRows:
         own : float or None
             How far oneself is; None if the last rows say what the mates think of that.
         """
-        progress, mates = self.progress, self._mates
-        seen = progress[mates:] if own is None else own
-        self._history[-1].others = Others(progress[:mates], np.broadcast_to(seen, mates), len(progress))
+        progress = self.progress
+        seen = progress[self._mates :] if own is None else np.array((own,))
+        self._history[-1].others = Others(progress, seen, self._mates)
 
     def correct(self, row: int, message: TeamState) -> bool:
         """Work a message into a row at the time it speaks of, and recalculate that row from there (KF 2).
@@ -212,16 +212,17 @@ class AlongTrackRows:
         keep, error_noise = self._speed.fading(dt)
         half = dt / 2.0
         jacobian = np.zeros((3, 3, x.shape[1]))
-        jacobian[1, 0] = by_order * (nudged - ordered) / (_NUDGE * located.length_m)  # λ
-        jacobian[1, 1], jacobian[1, 2] = by_speed, by_error
-        np.multiply(jacobian[1], half, out=jacobian[0])
-        jacobian[0, 0] += 1.0
-        jacobian[0, 1] += half
+        distance, driven = jacobian[0], jacobian[1]
+        np.divide(by_order * (nudged - ordered), _NUDGE * located.length_m, out=driven[0])  # λ
+        driven[1], driven[2] = by_speed, by_error
+        np.multiply(driven, half, out=distance)
+        distance[0] += 1.0
+        distance[1] += half
         jacobian[2, 2] = keep
         new = np.empty_like(x)
-        new[0] = x[0] + half * (x[1] + after)
+        np.add(x[0], half * (x[1] + after), out=new[0])
         new[1] = after
-        new[2] = keep * x[2]
+        np.multiply(x[2], keep, out=new[2])
         before, covariance = x[3:].reshape(3, 3, -1), new[3:].reshape(3, 3, -1)
         np.einsum("ikn,lkn->iln", np.einsum("ijn,jkn->ikn", jacobian, before), jacobian, out=covariance)
         new[_VV] += self._speed.config.noise_mps**2 * dt
@@ -236,7 +237,7 @@ class AlongTrackRows:
         here_and_further = progress + _HERE_AND_FURTHER
         if others is None:
             return self._law_of_all(located.planned_mps, here_and_further, np.zeros_like(progress), 0)
-        return self._law_of_all(located.planned_mps, here_and_further, others.sums(), len(others.mates))
+        return self._law_of_all(located.planned_mps, here_and_further, others.sums(), others.mates)
 
     def _one_by_one(self, rows: Sequence[int], located: Located, others: Others | None) -> Array:
         law, orders = self._law.speed, np.empty((2, len(rows)))

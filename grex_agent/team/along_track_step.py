@@ -18,32 +18,32 @@ SAME_TIME_S = 1e-6
 class Others(NamedTuple):
     """How far everybody was when a step was done."""
 
-    mates: Array
-    """Progress of the mates, shape (m,)."""
+    rows: Array
+    """Progress of each row, shape (n,): the mates first."""
     own: Array
-    """Progress of oneself as each mate thinks, shape (m,)."""
-    rows: int
-    """How many rows there are."""
+    """Progress of oneself as each mate thinks, shape (m,); or (1,), if all are taken to think the same."""
+    mates: int
+    """How many mates there are: m."""
 
     def sums(self) -> Array:
         """Sum of the progress of its others, of each row; shape (n,)."""
-        count = len(self.mates)
-        sums = np.full(self.rows, np.add.reduce(self.mates))
-        sums[:count] += self.own - self.mates
+        # A mate has oneself for others, and all mates but itself; oneself, in the rows behind, has all mates.
+        instead = (self.own - self.rows.reshape(-1, len(self.own))).ravel()
+        sums: Array = np.add.reduce(self.rows[: self.mates]) + instead
         return sums
 
     def of(self, row: int) -> list[float]:
         """Progress of the others of a row, one by one."""
-        mates: list[float] = self.mates.tolist()
+        mates: list[float] = self.rows[: self.mates].tolist()
         if row >= len(mates):
             return mates
-        return [float(self.own[row]), *mates[:row], *mates[row + 1 :]]
+        return [float(self.own[min(row, len(self.own) - 1)]), *mates[:row], *mates[row + 1 :]]
 
     def put(self, mate: int, progress: float, own: float) -> "Others":
-        """Say anew how far a mate is, and how far oneself is as it thinks."""
-        mates, of_own = self.mates.copy(), self.own.copy()
-        mates[mate], of_own[mate] = progress, own
-        return Others(mates, of_own, self.rows)
+        """Say anew how far a mate is, and how far oneself is as it thinks, where each thinks for itself."""
+        rows = self.rows.copy()
+        rows[mate], rows[self.mates + mate] = progress, own
+        return Others(rows, rows[self.mates :], self.mates)
 
 
 class Said(msgspec.Struct):

@@ -99,7 +99,8 @@ class PathLengths:
 
     def locate(self, distances_m: Array) -> Located:
         """Find where distances along the plans are, one for each row."""
-        if not ((self._least <= distances_m) & (distances_m < self._beyond)).all():
+        on_track = (self._least <= distances_m) & (distances_m < self._beyond)
+        if np.count_nonzero(on_track) < len(on_track):  # half the time of all()
             self._take_tracks((self._from <= distances_m[:, None]).sum(axis=1) - 1)
         theta = (distances_m - self._start) / self._length
         return Located(self._numbers + theta, self._length, self._planned, theta, self._shape)

@@ -40,7 +40,7 @@ class SpeedModel:
         change = by_order * ordered - gain * speed
         by_speed, by_error = 1.0 - gain, gain * ordered
         limited = np.abs(change) > most
-        if not limited.any():
+        if not np.count_nonzero(limited):  # half the time of any()
             return speed + change, by_speed, by_order, by_error
         by_order[limited], by_error[limited] = 0.0, 0.0
         change = np.where(limited, np.copysign(most, change), change)
